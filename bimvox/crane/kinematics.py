@@ -205,9 +205,7 @@ def winch_limits(crane: TowerCrane, load_kg: float) -> AxisLimits:
 
     Above the last gear, the lower of the winch's own rate and the last gear's rate applies.
 
-    Args:
-        crane: The crane.
-        load_kg: Mass of the load, without rigging and hook block; 0 for the empty hook.
+    ``load_kg``: mass of the load, without rigging and hook block; 0 for the empty hook.
     """
     winch = crane.hoist if crane.luffing is None else crane.luffing.winch
     on_the_rope_kg = load_kg + crane.tackle_kg

@@ -154,9 +154,7 @@ def urdf(crane: TowerCrane, prefix: str = "") -> str:
     Frames: ``site`` (the site's frame), ``crane_base`` (foot of the slewing axis), ``jib`` (on the axis at the height
     of the rope exit, x along the jib), ``trolley``, ``hook`` (the hook's point, its block above it).
 
-    Args:
-        crane: The crane.
-        prefix: Prefix of the names of its links and joints, except ``site``, if the site has several cranes.
+    ``prefix``: prefix of the names of its links and joints, except ``site``, if the site has several cranes.
     """
     robot = _hammerhead_robot(crane) if crane.luffing is None else _luffing_robot(crane, crane.luffing)
     _put_before(robot, prefix)

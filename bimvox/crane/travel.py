@@ -28,9 +28,7 @@ def rest_to_rest_s(distance: float, limits: AxisLimits) -> float:
 
     The double-S profile: Biagiotti & Melchiorri, "Trajectory Planning for Automatic Machines and Robots" (2008), 3.4.
 
-    Args:
-        distance: Travel of the axis, in its unit; the sign does not matter.
-        limits: Limits of the axis.
+    ``distance``: travel of the axis, in its unit; the sign does not matter.
     """
     return float(least_time_s(abs(distance), limits.rate, limits.acceleration, limits.jerk))
 

@@ -329,9 +329,7 @@ def always_obstructed(site: Site, carried: Sequence[Carried]) -> dict[str, str]:
     are divided until the lift is free of it in the middle of one, or meets it so closely in the middle of each that it
     meets it in the whole sector: no point of the jib moves further than its radius times half the sector.
 
-    Args:
-        site: The site.
-        carried: The lifts; a crane without any is not looked at.
+    ``carried``: the lifts; a crane without any is not looked at.
     """
     at_work = sorted({one.crane for one in carried})
     found = {}

@@ -250,8 +250,7 @@ def distinct(values: NDArray[Integer]) -> NDArray[Integer]:
     Since version 2.3 ``numpy.unique`` uses a hash table for integers, which is two hundred times slower for the indices
     of cells: four seconds for 1.7 million of them.
 
-    Args:
-        values: (N,) integers.
+    ``values``: (N,) integers.
     """
     ascending = np.sort(values)
     return ascending[np.concatenate([[True], ascending[1:] != ascending[:-1]])] if len(ascending) else ascending

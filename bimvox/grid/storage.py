@@ -87,8 +87,7 @@ class _Attributes:
 def _checked_attributes(document: Mapping[str, Any], name: str) -> _Attributes:
     """Return the attributes of a group's metadata.
 
-    Raises:
-        GridFileError: If a key is wrong; the error names it.
+    Raises GridFileError: if a key is wrong; the error names it.
     """
     attributes = document.get("attributes")
     if document.get("zarr_format") != 3 or document.get("node_type") != "group" or not isinstance(attributes, dict):

@@ -156,9 +156,7 @@ _FEW_PARTS, _FEW_SHARED = 100, 50
 def workers_of(site: Site, jobs: int | None) -> Iterator[Workers]:
     """Start the processes that share the work on a site, and end them after the block.
 
-    Args:
-        site: The site.
-        jobs: Number of processes, this one included; None: one per processor.
+    ``jobs``: number of processes, this one included; None: one per processor.
     """
     wanted = processors() if jobs is None else jobs
     few = _FEW_SHARED if site.has_several_cranes else _FEW_PARTS

@@ -235,10 +235,7 @@ CLAIMS = (
 def claims_of(log: PlanLog, checks: Sequence[Check], bound: Collection[str] = ()) -> tuple[Claim, ...]:
     """Return what a log claims and a proof did not prove.
 
-    Args:
-        log: The log.
-        checks: The checks of the proof.
-        bound: The options with which it was proven, such as ``--site``.
+    ``bound``: the options with which it was proven, such as ``--site``.
     """
     found = []
     for row in CLAIMS:

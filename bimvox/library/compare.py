@@ -328,9 +328,7 @@ def check_traffic(log: PlanLog, found: CarriedOut) -> Check:
     Who moves follows from the seed, or from the attached tracks; where they go and are seen, and when the crane waits,
     from the plan, which is in the order carried out. This is the simulation of ``watch``, not a proof of its own.
 
-    Args:
-        log: The log; its plan and its execution are proven.
-        found: Its execution.
+    ``log``: the log; its plan and its execution are proven.
     """
     check = Check("traffic", unit="m")
     same(check, "who decided", found.decider, DECIDER, "every execution of bimvox")

@@ -213,8 +213,7 @@ def write_grid(
 def _model_bytes(log: PlanLog, model: Path) -> bytes:
     """Return the bytes of the IFC file that a plan was made from.
 
-    Raises:
-        InputError: If the plan was made from a mesh, or from another file.
+    Raises InputError: if the plan was made from a mesh, or from another file.
     """
     source = log.plan.site.source
     name, wanted = str(source.get("name", "")), str(source.get("sha256", ""))

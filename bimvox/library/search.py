@@ -178,11 +178,8 @@ class _Searched:
     def _look_at_other(self, lift: Lift, stage: Stage | Obstacle | None, said: str, *, with_jib: bool = False) -> None:
         """Look for a path at a stage at which a lift would give less way; if there is one, the check fails.
 
-        Args:
-            lift: The lift.
-            stage: The stage; None, or an obstacle, if there is none.
-            said: What the lift gives way on without need.
-            with_jib: Whether the load may also turn with the jib.
+        ``stage``: the stage; None, or an obstacle, if there is none; ``said``: what the lift gives way on without need;
+        ``with_jib``: whether the load may also turn with the jib.
         """
         self._check.samples += 1
         if not isinstance(stage, Stage):

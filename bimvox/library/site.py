@@ -92,10 +92,8 @@ def load_obstructions(path: Path, site: Site, survey: Survey, *, scan_id: str | 
 def _survey_of(files: Mapping[str, bytes], georeference: str, site: Site) -> Survey:
     """Return what is known about the coordinates of a site's obstruction files.
 
-    Args:
-        files: The files that go into its log, by name.
-        georeference: The map conversion of its model as JSON, as a log's metadata have it; empty if it has none.
-        site: The site.
+    ``files``: the files that go into its log, by name; ``georeference``: the map conversion of its model as JSON, as a
+    log's metadata have it; empty if it has none.
     """
     stated = "site"
     with suppress(ValueError):

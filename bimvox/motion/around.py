@@ -219,13 +219,8 @@ def _by_turns(
 ) -> NDArray[np.float64]:
     """Return (N, 3) the axes at the ends of the runs of a quickest way; none if there is none below a time.
 
-    Args:
-        space: The collision rule.
-        load: How hook poses and reference cells correspond.
-        lattice: The poses.
-        start: Slew and ring of the first one.
-        goals: (G, 2) of those of which one has to be reached; their rings are the same.
-        limit_s: The time.
+    ``load``: how hook poses and reference cells correspond; ``start``: slew and ring of the first one; ``goals``: (G,
+    2) of those of which one has to be reached; their rings are the same.
     """
     slews, radii = lattice.slews_rad, lattice.radii_m
     n_slews, n_radii = slews.shape[0], radii.shape[0]

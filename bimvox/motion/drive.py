@@ -77,8 +77,7 @@ def _drive_above(
 ) -> tuple[Timeline, float]:
     """Return what ``drive_path`` does for a path that does not end at the load's place: the load comes to rest there.
 
-    Raises:
-        PlanningError: If the path is not free, or takes the hook above the jib.
+    Raises PlanningError: if the path is not free, or takes the hook above the jib.
     """
     check_path(rigged, space, path_vox)
     return _quickest(_Driver(rigged, space, space), path_vox, path_vox[-1:], slew_rad)
@@ -89,12 +88,9 @@ def _quickest(
 ) -> tuple[Timeline, float]:
     """Return the quicker motion of the two routes, and the height that the hook has to reach.
 
-    Args:
-        driver: Lays moves over time.
-        head: (N, 3) the path up to the last moves.
-        tail: (M, 3) the placements of the last moves, the first one the last of the head.
-        slew_rad: Slewing angle before.
-        goes_back: Whether the last moves may begin at any height of their column.
+    ``driver``: lays moves over time; ``head``: (N, 3) the path up to the last moves; ``tail``: (M, 3) the placements of
+    the last moves, the first one the last of the head; ``slew_rad``: slewing angle before; ``goes_back``: whether the
+    last moves may begin at any height of their column.
     """
     rigged, transit = driver.rigged, driver.transit
     over = over_the_top(rigged, transit, head[0], head[-1], slew_rad)

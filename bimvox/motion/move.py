@@ -43,10 +43,8 @@ def _curve_limits(limits: AxisNumbers, ends: NDArray[np.float64], is_arc: bool) 
     A rate leaves some acceleration, and both leave some jerk: those are taken with which the move from rest to rest
     takes the least time.
 
-    Args:
-        limits: The crane's.
-        ends: (2, 3) slew, radius and height at start and end.
-        is_arc: Whether the line is an arc; otherwise it is straight in the site's frame.
+    ``limits``: the crane's; ``ends``: (2, 3) slew, radius and height at start and end; ``is_arc``: whether the line is
+    an arc; otherwise it is straight in the site's frame.
     """
     terms = np.empty((6, 3 * _POINTS))
     _write_terms(terms, _derivatives(ends, is_arc), limits)
@@ -97,10 +95,8 @@ def _left(terms: NDArray[np.float64], row: int, second: float, third: float) -> 
 def _write_terms(terms: NDArray[np.float64], derivatives: NDArray[np.float64], limits: AxisNumbers) -> None:
     """Write the shares of each axis's limits that its derivatives take at points of a line.
 
-    Args:
-        terms: (6, 3 N): those of q' of the rate; q' and q'' of the acceleration; all three of the jerk.
-        derivatives: As ``_derivatives`` returns them.
-        limits: The crane's.
+    ``terms``: (6, 3 N): those of q' of the rate; q' and q'' of the acceleration; all three of the jerk;
+    ``derivatives``: as ``_derivatives`` returns them; ``limits``: the crane's.
     """
     points = derivatives.shape[0]
     radial = limits.trolley

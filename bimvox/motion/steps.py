@@ -29,10 +29,7 @@ _NOWHERE = 2**30
 def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -> Steps:
     """Return the steps and pauses of a plan; none if it has no motions or its rules ask for none.
 
-    Args:
-        site: The site.
-        lifts: All its lifts.
-        motions: The motions of all planned lifts.
+    ``motions``: the motions of all planned lifts.
     """
     by_order = {motion.order: motion for motion in motions}
     casting = site.rules.casting

@@ -268,8 +268,7 @@ class Pacer:
     def in_sequence(self, calms: Sequence[Calm] | None = None) -> Timeline:
         """Return the timeline on which every move waits for the end of the one before it.
 
-        Args:
-            calms: The shaping of each move; the plainest for all if None.
+        ``calms``: the shaping of each move; the plainest for all if None.
         """
         given = calms if calms is not None else (Calm(),) * len(self._moves)
         profiles = tuple(self.profile(n, calm) for n, calm in enumerate(given))

@@ -192,10 +192,7 @@ def in_words(remarks: Collection[Remark]) -> str:
 def number_in_words(remarks: int, serious: int, notes: int = 0) -> str:
     """Return a number of remarks: ``7 remarks (2 serious)``; if there are notes only, ``3 notes``.
 
-    Args:
-        remarks: Serious and minor ones.
-        serious: Serious ones.
-        notes: Notes.
+    ``remarks``: serious and minor ones.
     """
     count, noun = (remarks, "remark") if remarks or not notes else (notes, "note")
     said = f"{count:,}" if count else "no"

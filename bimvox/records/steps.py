@@ -125,10 +125,7 @@ class Steps:
 def cured_ns(site: Site, steps: Steps, motion: LiftMotion) -> int | None:
     """Return the elapsed time from which the joints of a lifted part carry what rests on it; None: from its release.
 
-    Args:
-        site: The site.
-        steps: All pauses before the release.
-        motion: The motion of the part.
+    ``steps``: all pauses before the release.
     """
     cures_s = curing_s(site.rules.curing, site.components[motion.component])
     return steps.ending_ns(motion.released_ns) + round(cures_s * NS_PER_S) if cures_s else None
@@ -145,9 +142,7 @@ def needed_by_ns(lifts: Iterable[Lift], motions: Iterable[LiftMotion]) -> dict[i
     Those are the parts that are set by other means or by hand, or cast in place. None of them may be there before all
     earlier parts of the sequence are set. None if no later part has a time.
 
-    Args:
-        lifts: All lifts of a plan.
-        motions: Those of its motions whose time is known.
+    ``motions``: those of its motions whose time is known.
     """
     otherwise = [lift for lift in lifts if lift.is_set_otherwise]
     set_ns = {motion.order: motion.set_ns for motion in motions} if otherwise else {}

@@ -320,9 +320,7 @@ def last_finished(current: CurrentPlan, now_ns: int | None) -> int:
 
     Later lifts have not begun, or are under way.
 
-    Args:
-        current: The plan.
-        now_ns: The time on the site's clock; None if the plan is not being carried out.
+    ``now_ns``: the time on the site's clock; None if the plan is not being carried out.
     """
     if now_ns is None:
         return -1
@@ -338,10 +336,7 @@ def last_finished(current: CurrentPlan, now_ns: int | None) -> int:
 def motion_under_way(current: CurrentPlan, lift: Lift, now_ns: int | None) -> LiftMotion | None:
     """Return the motion of a lift that is not done, if it is under way; otherwise None.
 
-    Args:
-        current: The plan.
-        lift: One of its lifts.
-        now_ns: The time on the site's clock; None if the plan is not being carried out.
+    ``now_ns``: the time on the site's clock; None if the plan is not being carried out.
     """
     if current.held is not None:
         held = current.held.loads[0]

@@ -76,12 +76,8 @@ class FewestMoves:
     def _least_moves(self, start: list[int], target: list[int], size: IntVec, low: list[int], high: list[int]) -> int:
         """Return the fewest moves by a placement at which a part or the rope above it meets a box of cells.
 
-        Args:
-            start: Where the path begins.
-            target: Where it ends.
-            size: The part's size.
-            low: The lowest cell of the box.
-            high: The highest cell of the box.
+        ``start``: where the path begins; ``target``: where it ends; ``size``: the part's size; ``low``: the lowest cell
+        of the box; ``high``: the highest cell of the box.
         """
         moves, margin = 0, self._margin
         for axis, (one, other) in enumerate(zip(start, target, strict=True)):

@@ -85,10 +85,7 @@ class CraneNow:
 def cranes_at(site: Site, current: CurrentPlan, now_ns: int) -> tuple[CraneNow, ...]:
     """Return the state of every crane that has lifts, at a given time.
 
-    Args:
-        site: The site.
-        current: The current plan.
-        now_ns: On the site's clock.
+    ``now_ns``: on the site's clock.
     """
     held = {} if current.held is None else {hook.crane: hook for hook in current.held.hooks}
     found = []
@@ -139,12 +136,7 @@ def is_met(site: Site, current: CurrentPlan, crane: CraneNow, added: NDArray[np.
 def _load_is_met(site: Site, lift: Lift, motion: LiftMotion, added: NDArray[np.int32], now_ns: int) -> bool:
     """Return whether new obstructed cells meet the rest of the motion of a load on a hook.
 
-    Args:
-        site: The site.
-        lift: The lift.
-        motion: Its motion.
-        added: (N, 3) the cells.
-        now_ns: On the site's clock.
+    ``added``: (N, 3) the cells; ``now_ns``: on the site's clock.
     """
     if not len(added) or is_set(motion, now_ns):
         return False
@@ -156,11 +148,7 @@ def _load_is_met(site: Site, lift: Lift, motion: LiftMotion, added: NDArray[np.i
 def motion_is_met(site: Site, current: CurrentPlan, motion: LiftMotion, added: NDArray[np.int32]) -> bool:
     """Return whether new obstructed cells meet a motion that has not begun.
 
-    Args:
-        site: The site.
-        current: The current plan.
-        motion: One of its motions.
-        added: (N, 3) the cells.
+    ``added``: (N, 3) the cells.
     """
     if not len(added):
         return False
@@ -295,11 +283,7 @@ def _load(assembly: Assembly, request: RevisionRequest, lift: Lift, loads: Loads
 def _hook(site: Site, crane: CraneNow, free: CollisionSpace, now_ns: int) -> CraneNow:
     """Return a crane with its empty hook stopped, if it is under way.
 
-    Args:
-        site: The site.
-        crane: The crane.
-        free: The collision rule for its empty hook now.
-        now_ns: When the stop is ordered, on the site's clock.
+    ``free``: the collision rule for its empty hook now; ``now_ns``: when the stop is ordered, on the site's clock.
     """
     if not crane.ways or crane.ways[-1].end_ns <= now_ns or crane.ways[-1].stopped_ns is not None:
         return crane

@@ -144,9 +144,7 @@ def interrupted(
 def cut_short(motion: LiftMotion, stop: EmergencyStop | None) -> LiftMotion:
     """Return a lift up to the end of its stop; what follows is unknown.
 
-    Args:
-        motion: The lift as planned.
-        stop: Its stop, begun while the load was carried; None if it was not carried yet: until its part is raised.
+    ``stop``: its stop, begun while the load was carried; None if it was not carried yet: until its part is raised.
     """
     if stop is None:
         raised_ns = motion.start_ns + int(motion.loaded.time_ns[0])

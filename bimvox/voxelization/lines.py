@@ -367,8 +367,7 @@ def _record_triangle(
 ) -> tuple[int, int]:
     """Record which lines of the columns (row..stop_row, 0..width) triangle ``f`` crosses; see ``record_faces``.
 
-    Returns:
-        The row to continue with when there is more room (``stop_row`` if done), and the number of records.
+    The row to continue with when there is more room (``stop_row`` if done), and the number of records.
     """
     samples, width = slab.samples, slab.width
     firsts, lasts, bits = scratch.firsts, scratch.lasts, scratch.bits

@@ -152,8 +152,7 @@ def edges_match(keys: NDArray[np.uint64]) -> bool:
     Sums a pseudo-random number per edge, negative in the other direction: zero if and only if all edges cancel (with an
     error probability of about 2^-64).
 
-    Args:
-        keys: (F, 3) uint64, of the corners.
+    ``keys``: (F, 3) uint64, of the corners.
     """
     total = np.uint64(0)
     for f in range(keys.shape[0]):

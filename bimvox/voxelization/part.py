@@ -230,8 +230,7 @@ class _PartBox(NamedTuple):
 def _find_box(bounds: NDArray[np.float64], lattice: _Lattice, box: _PartBox) -> tuple[bool, bool]:
     """Write the cells to look at and to keep, as ``voxelize_mesh`` does.
 
-    Returns:
-        Whether there are no more than the limits allow, and whether none is cut off.
+    Whether there are no more than the limits allow, and whether none is cut off.
     """
     low, high, kept_low, kept_high, top = box
     clip, tolerance = lattice.clip, lattice.tolerance

@@ -360,8 +360,7 @@ def _vote(
 ) -> tuple[bool, bool]:
     """Let the axes decide every cell.
 
-    Returns:
-        Whether all axes agreed everywhere, and whether the flood decided any cell.
+    Whether all axes agreed everywhere, and whether the flood decided any cell.
     """
     agreed = True
     flooded = False

@@ -157,13 +157,10 @@ def _mark_triangle(
 ) -> None:
     """Mark the cells that one triangle meets; see ``mark_surface`` and ``borders.mark_borders``.
 
-    Args:
-        cells: ``met`` is changed in place, or ``border`` if ``on_border``.
-        p: (3, 3) float64, the corners.
-        tolerance: In cells.
-        plane: (3,) int64, the border between cells that the triangle lies on, for each axis; -1 if it lies on none.
-        scratch: From ``_mark_scratch``.
-        on_border: Whether to mark only cells on a border, with no cell of the part next to them.
+    ``cells``: ``met`` is changed in place, or ``border`` if ``on_border``; ``p``: (3, 3) float64, the corners;
+    ``plane``: (3,) int64, the border between cells that the triangle lies on, for each axis; -1 if it lies on none;
+    ``scratch``: from ``_mark_scratch``; ``on_border``: whether to mark only cells on a border, with no cell of the part
+    next to them.
     """
     met, inside, border, height = cells.met, cells.inside, cells.border, cells.height
     runs, terms = scratch.runs, scratch.terms

@@ -203,8 +203,7 @@ class _Searched:
     def instead(self, planned: Sequence[dict[str, Any]]) -> list[Tried]:
         """Return as many others to plan as chosen ones have no plan, or refuse more parts than another one.
 
-        Args:
-            planned: Documents of the chosen set-ups, in their order, as for ``proven_front``.
+        ``planned``: documents of the chosen set-ups, in their order, as for ``proven_front``.
         """
         fewest = min((one["refused"] for one in planned if one["hours"] is not None), default=0)
         lost = sum(one["hours"] is None or one["refused"] > fewest for one in planned)

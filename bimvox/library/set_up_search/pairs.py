@@ -178,10 +178,7 @@ def _timed(search: Search, rig: Rig, base_m: NDArray[np.float64], lifts: int) ->
 def _makespan_s(search: Search, whose: NDArray[np.int64], lift_s: NDArray[np.float64]) -> float:
     """Return how long two cranes take for the parts in their sequence; those that neither serves take no time.
 
-    Args:
-        search: The parts.
-        whose: (N,) the crane of each part.
-        lift_s: (2, N) crane time of each part.
+    ``whose``: (N,) the crane of each part; ``lift_s``: (2, N) crane time of each part.
     """
     count, work = len(whose), search.work
     own_s = np.take_along_axis(lift_s, whose[None], axis=0)[0]

@@ -174,8 +174,7 @@ class Search:
         keep the transit clearance; see :mod:`bimvox.library.set_up_search.least_moving`. Plans that refuse more parts
         may move less. 0 if the site file gives parts their starts, which may be outside of the yard.
 
-        Args:
-            found: Machines on their places, as :meth:`tried` and :meth:`with_yard` return them.
+        ``found``: machines on their places, as :meth:`tried` and :meth:`with_yard` return them.
         """
         if any(one.start is not None for one in self.config.component):
             return 0.0

@@ -280,12 +280,7 @@ def _over(targets: Axes, n: int, sling_m: float) -> CranePose:
 def _carry_s(crane: TowerCrane, ends: tuple[CranePose, CranePose], ways: Ways, n: int, far_m: float) -> float:
     """Return the time in which a load is carried from above the yard to its place.
 
-    Args:
-        crane: The crane with its load.
-        ends: Where it is raised to, and its place.
-        ways: The parts.
-        n: The part.
-        far_m: The largest radius that it may have.
+    ``ends``: where it is raised to, and its place; ``far_m``: the largest radius that it may have.
     """
     (raised, end), height_m = ends, float(ways.work.heights_m[n])
     hangs = Pendulum(crane.sling_m + 0.5 * height_m) if ways.swings else None
@@ -307,11 +302,8 @@ def _way_s(
 ) -> float:
     """Return the time of a way from one pose over others to the last.
 
-    Args:
-        crane: The crane.
-        stops: The poses; those between the first and the last at any height.
-        needs_m: How high the hook must be along each move across.
-        pendulum: What hangs on the hook; None if its swing does not matter.
+    ``stops``: the poses; those between the first and the last at any height; ``needs_m``: how high the hook must be
+    along each move across; ``pendulum``: what hangs on the hook; None if its swing does not matter.
     """
     over_m = max(stops[0].height_m, stops[-1].height_m, *(float(need_m.max()) for need_m in needs_m))
     poses = [stops[0], *(replace(stop, height_m=over_m) for stop in stops), stops[-1]]
