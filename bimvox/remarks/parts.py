@@ -8,7 +8,7 @@ from math import degrees
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import TriangleMesh
+from bimvox.bim.building import TriangleMesh, plain_class
 from bimvox.bim.kinds.kind import Kind
 from bimvox.bim.kinds.words import meaning_of
 from bimvox.kept import kept
@@ -24,6 +24,7 @@ from bimvox.site.ground import stand_on_ground
 from bimvox.site.limits import FEW_HANDS_KG, ROAD_HEIGHT_M, ROAD_KG, ROAD_LENGTH_M, ROAD_WIDTH_M
 from bimvox.site.means import Means
 from bimvox.site.part_names import names_by_id
+from bimvox.site.site import Blocker
 from bimvox.site.upright_box import laid_flat_m, sizes_m
 from bimvox.site.work import Work, kind_of
 from bimvox.site.yard_rules import INLOADER_M, RACKED_THINNESS, TRUCK_KG, TRUCK_M
@@ -203,6 +204,7 @@ SMALL_OVERLAPS = "small_overlaps"
 DEEP_M = 0.05
 """More than all tolerances of making, setting out and erecting precast parts together: EN 13670 and EN 13369 allow 10
 to 25 mm each."""
+_FOUNDATIONS = ("IfcFooting", "IfcPile", "IfcDeepFoundation", "IfcCaissonFoundation")
 _SOFT = (Kind.TIMBER, Kind.LIGHT, Kind.MASONRY)
 """Kinds that are cut to fit on site."""
 
@@ -217,7 +219,7 @@ def overlaps(subject: Subject) -> Iterator[Remark]:
     """
     names = names_by_id(subject.site)
     hard = {one.id: one.means is Means.CRANE and one.judgement.kind not in _SOFT for one in subject.site.components}
-    hard |= {one.id: False for one in subject.site.blockers if one.kind == "structure" and _is_foundation(one.name)}
+    hard |= {one.id: False for one in subject.site.blockers if one.kind == "structure" and _is_foundation(one)}
     deep = [clash for clash in subject.plan.clashes if clash.depth_m > DEEP_M or clash.at_least]
     pairs: dict[str, list[tuple[ModelledClash, str]]] = {}
     for clash in deep:
@@ -243,10 +245,11 @@ def overlaps(subject: Subject) -> Iterator[Remark]:
         yield Remark(SMALL_OVERLAPS, Severity.NOTE, f"{said}: {len(small):,} pair{'' if len(small) == 1 else 's'}")
 
 
-def _is_foundation(name: str) -> bool:
-    """Return whether a structure is called a footing or a pile, which are cast on site."""
-    meaning = meaning_of(name, "part")
-    return meaning is not None and meaning.says in ("footing", Kind.PILE)
+def _is_foundation(structure: Blocker) -> bool:
+    """Return whether a structure is a footing or a pile, which are cast on site: by its class or its name."""
+    meaning = meaning_of(structure.name, "part")
+    is_called = meaning is not None and meaning.says in ("footing", Kind.PILE)
+    return is_called or plain_class(structure.ifc_class) in _FOUNDATIONS
 
 
 TRANSPORT = "transport"

@@ -205,13 +205,22 @@ def test_the_pair_that_cannot_be_set_is_named_first() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "is_serious"), [("Bohrpfahl 3", False), ("POER", False), ("old wall", True), ("", True)]
+    ("name", "ifc_class", "is_serious"),
+    [
+        ("Bohrpfahl 3", "IfcMember", False),
+        ("POER", "", False),
+        ("F1", "IfcFooting", False),
+        ("P-12", "IfcPile", False),
+        ("old wall", "IfcWall", True),
+        ("", "", True),
+    ],
 )
-def test_a_column_stands_in_the_pocket_of_its_footing(name: str, is_serious: bool) -> None:
+def test_a_column_stands_in_the_pocket_of_its_footing(name: str, ifc_class: str, is_serious: bool) -> None:
     plan = plan_of(
         PARTS[:1], clashes=(clash("a", "under", 0.2),), structure=[("under", (2.0, 2.0, 0.0), (3.0, 3.0, 0.2))]
     )
-    named_so = [dataclasses.replace(one, name=name) if one.id == "under" else one for one in plan.site.blockers]
+    changes = {"name": name, "ifc_class": ifc_class}
+    named_so = [dataclasses.replace(one, **changes) if one.id == "under" else one for one in plan.site.blockers]
     plan = dataclasses.replace(plan, site=dataclasses.replace(plan.site, blockers=tuple(named_so)))
     (found,) = of_kind(plan, "overlap")
     assert (found.severity is Severity.SERIOUS) is is_serious
