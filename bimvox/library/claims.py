@@ -26,7 +26,7 @@ from bimvox.library.compare import (
 from bimvox.library.hand_over import as_assigned
 from bimvox.library.plan import georeference_of
 from bimvox.library.site import MACHINE, LoadedSite, load_obstructions, load_site, obstructed, survey_in
-from bimvox.live.named_traffic import traffic_named
+from bimvox.live.tracks import traffic_named
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.log.segments import FIRST_PLAN
 from bimvox.progress import Progress

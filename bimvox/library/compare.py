@@ -15,9 +15,9 @@ from bimvox.bim.building import Building
 from bimvox.bim.kinds.correction import OUT, SITE_FILE_SAYS
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import BimvoxError, FileError
-from bimvox.live.again import carried_out_again
 from bimvox.live.deciders import Rules as DecisionRules
-from bimvox.live.named_traffic import NamedTraffic, traffic_stated
+from bimvox.live.execution import carried_out_again
+from bimvox.live.tracks import NamedTraffic, traffic_stated
 from bimvox.log.archive import is_same_archive
 from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_files, held_in
 from bimvox.log.plan_log import PlanLog

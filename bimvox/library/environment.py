@@ -13,7 +13,7 @@ from bimvox.library.hand_over import may_go_to_others
 from bimvox.library.plan_value import Plan
 from bimvox.library.prove import prepared
 from bimvox.library.site import LoadedSite, load_site
-from bimvox.live.job import LiveJob
+from bimvox.live.episode import LiveJob
 from bimvox.live.planned import job_of
 from bimvox.live.tracks import read_tracks, with_tracks
 from bimvox.planning.preparation import preparation_in

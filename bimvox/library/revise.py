@@ -12,7 +12,8 @@ from bimvox.library.plan import digests_of, obstructions_of
 from bimvox.library.plan_value import Plan
 from bimvox.library.site import OBSTRUCTIONS, obstructed, survey_in
 from bimvox.library.verify import prove_plan
-from bimvox.live.execution import Execution, Traffic, carried_out
+from bimvox.live.execution import Execution, carried_out
+from bimvox.live.tracks import Traffic
 from bimvox.log.plan_log import PENDING, PlanLog
 from bimvox.log.segments import FIRST_PLAN, NOW_NS
 from bimvox.planning.preparation import Preparation, preparation_in

@@ -16,7 +16,7 @@ from bimvox.library.attached_files import check_attached_files
 from bimvox.library.claims import Given, check_user_files
 from bimvox.library.compare import check_traffic
 from bimvox.library.revise import carry_out
-from bimvox.live.named_traffic import traffic_named
+from bimvox.live.tracks import traffic_named
 from bimvox.log.plan_log import PlanLog
 from bimvox.planning.preparation import prepare
 from bimvox.progress import SilentProgress

@@ -40,7 +40,7 @@ from bimvox.crane.tower_crane import AxisLimits, SlowZone, TowerCrane, WorkingRa
 from bimvox.grid.frame import Label
 from bimvox.library.plan import digests_of
 from bimvox.library.revise import carry_out
-from bimvox.live.named_traffic import traffic_named
+from bimvox.live.tracks import traffic_named
 from bimvox.log import schema as topics
 from bimvox.log.archive import pack, unpack
 from bimvox.log.held import held_files

@@ -14,7 +14,7 @@ from bimvox.files import check_output
 from bimvox.library.log import write_log_file
 from bimvox.library.revise import carry_out as carry_out_plan
 from bimvox.live.execution import Execution
-from bimvox.live.named_traffic import NamedTraffic, traffic_named
+from bimvox.live.tracks import NamedTraffic, traffic_named
 from bimvox.log.plan_log import PlanLog
 from bimvox.planning.preparation import Preparation
 from bimvox.progress import Progress

@@ -19,7 +19,7 @@ from bimvox.library.arguments import PolicyWish
 from bimvox.library.log import write_log_file
 from bimvox.library.plan import digests_of
 from bimvox.library.site import load_site
-from bimvox.live.named_traffic import TRACKS
+from bimvox.live.tracks import TRACKS
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 

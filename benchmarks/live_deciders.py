@@ -1,15 +1,15 @@
-"""What a decider may think of the others from what is seen: where they will be, and futures drawn from a model."""
+"""Deciders that the live site is measured against: Monte Carlo roll-outs of drawn futures, and an oracle."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import numpy as np
 
 from bimvox.compiled import kernel
 from bimvox.env.pool import random_unit
-from bimvox.live.move import pass_tick
-from bimvox.live.pace import gap_m, placed
+from bimvox.live.episode import CHOICES, WAIT, WAIT_S, Episode, Stage
+from bimvox.live.shield import LOAD_COLUMNS, carry, idle
 from bimvox.live.traffic import (
     CREW,
     DWELLS_S,
@@ -30,42 +30,121 @@ from bimvox.live.traffic import (
     Habits,
     X,
     Y,
+    copied,
     generators_of,
+    pass_tick,
+    ticks_of,
 )
-from bimvox.live.way import TICK_S, Way
+from bimvox.live.way import TICK_S, Way, gap_m, placed, seconds_of
 
-if TYPE_CHECKING:
-    from bimvox.live.episode import Episode
-
+_KNOWN = Habits()
+_PATIENCE_S = 1800.0
+_NO_TAPE = np.zeros((0, 2))
 _STANDS_S = 4.0
 """Who has been seen at rest for so long dwells."""
 
 
-@kernel
-def blocked_rows(way: Way, crowd: Crowd, near_m: float, horizon: float) -> int:
-    """Return the number of rows of a way on which anybody is near the load, at constant velocity.
+@dataclass(frozen=True, slots=True)
+class MonteCarlo:
+    """Rolls out drawn futures of the others, and takes the candidate with the least mean cost over them.
 
-    Args:
-        way: The way, executed without a stop.
-        crowd: Everyone, as seen.
-        near_m: Who is nearer to the load, in addition to its own radius, counts.
-        horizon: Ticks for which they go on at the velocity as seen; then they stay.
+    The cost is that of ``Rules``, with the others where they are in that future when the load gets there.
+
+    Attributes:
+        samples: Futures, the same ones for all candidates.
+        habits: How the others are assumed to behave.
+        near_m: Who is nearer to the load, in addition to its own radius, is in the way.
+        weight: Cost of a second of the way on which somebody is in the way, in seconds.
+        waits: Waiting is tried at most this often in a row.
     """
-    load, found = np.empty(9), 0
-    state, seen_m = crowd.state, crowd.seen_m
-    for row in range(way.rests.shape[0]):
-        placed(way, float(row), 1.0, load)
-        for n in range(state.shape[0]):
-            ahead_s = min(float(row), horizon) * TICK_S if state[n, STILL_S] < _STANDS_S else 0.0
-            x, y = seen_m[n, 0] + ahead_s * state[n, VX], seen_m[n, 1] + ahead_s * state[n, VY]
-            if gap_m(load, x, y) <= near_m + state[n, RADIUS]:
-                found += 1
-                break
+
+    samples: int = 8
+    habits: Habits = _KNOWN
+    near_m: float = 4.0
+    weight: float = 2.0
+    waits: int = 3
+
+    def __call__(self, episode: Episode) -> int:
+        """Return the candidate with the least mean cost."""
+        possible = _options(episode, self.waits, CHOICES)
+        if len(possible) == 1:
+            return possible[0][0]
+        blocked = np.zeros(len(possible))
+        for sample in range(self.samples):
+            start = imagined(episode, self.habits, sample)
+            for n, (_, lift, way, lead_s) in enumerate(possible):
+                crowd = copied(start)
+                let_pass(episode, crowd, self.habits, lead_s)
+                chosen = episode.job.lifts[lift].ways[way]
+                blocked[n] += _blocked_ticks(chosen, episode.job.ground, self.habits, crowd, self.near_m)
+        costs = [
+            lead_s + seconds_of(episode.job.lifts[lift].ways[way]) - _usual_s(episode, lift)
+            for _, lift, way, lead_s in possible
+        ]
+        best = int(np.argmin(np.array(costs) + self.weight * TICK_S * blocked / self.samples))
+        return possible[best][0]
+
+
+@dataclass(frozen=True, slots=True)
+class Oracle:
+    """Knows what everybody will do, and takes what is in place soonest: a bound for what knowledge can bring, greedy.
+
+    Attributes:
+        waits: Waiting is tried at most this often in a row.
+    """
+
+    waits: int = 12
+
+    def __call__(self, episode: Episode) -> int:
+        """Return the candidate that loses least time."""
+        found: dict[int, float] = {}
+        for choice, lift, way, lead_s in _options(episode, self.waits, len(episode.job.lifts)):
+            spent_s = imagined_s(episode, lead_s, lift, way)
+            found[choice] = min(spent_s - _usual_s(episode, lift), found.get(choice, np.inf))
+        return min(found, key=found.__getitem__)
+
+
+def _options(episode: Episode, waits: int, tried: int) -> list[tuple[int, int, int, float]]:
+    """Return what can be decided: choice, lift, way, and seconds until its load can be raised."""
+    if episode.stage is Stage.LIFT:
+        lifts = [(n, episode.job.lifts[n]) for n in episode.candidates[:tried]]
+        return [(n, n, way, episode.lead_s(n)) for n, lift in lifts for way in range(len(lift.ways))]
+    assert episode.hooked is not None
+    found = [(way, episode.hooked, way, 0.0) for way in episode.candidates]
+    if episode.waited < waits:
+        found += [(WAIT, episode.hooked, way, WAIT_S) for way in episode.candidates]
     return found
 
 
+def _usual_s(episode: Episode, lift: int) -> float:
+    """Return the part of a lift's time that no decision changes: attaching the slings, and the planned way."""
+    one = episode.job.lifts[lift]
+    return seconds_of(one.ways[0]) + (one.hook_on_s if episode.stage is Stage.LIFT else 0.0)
+
+
+def let_pass(episode: Episode, crowd: Crowd, habits: Habits, seconds: float) -> None:
+    """Let time pass in an imagined future."""
+    idle(episode.job.ground, habits, crowd, episode.sight, ticks_of(seconds), np.zeros(LOAD_COLUMNS), _NO_TAPE)
+
+
+def imagined_s(episode: Episode, lead_s: float, lift: int, way: int) -> float:
+    """Return how long a lift takes from now until its load is in place, as it will be: for an oracle alone.
+
+    Args:
+        episode: The episode.
+        lead_s: How long it takes until the load can be raised.
+        lift: The position of the lift.
+        way: The number of its way.
+    """
+    crowd, habits, job = copied(episode.crowd), episode.habits, episode.job
+    let_pass(episode, crowd, habits, lead_s)
+    limits = (0, ticks_of(_PATIENCE_S))
+    spent = carry(job.lifts[lift].ways[way], job.ground, habits, crowd, episode.sight, limits, episode.room, _NO_TAPE)
+    return (ticks_of(lead_s) + spent) * TICK_S
+
+
 @kernel
-def blocked_ticks(way: Way, ground: Ground, habits: Habits, crowd: Crowd, near_m: float) -> int:
+def _blocked_ticks(way: Way, ground: Ground, habits: Habits, crowd: Crowd, near_m: float) -> int:
     """Return the ticks at which anybody is near the load of a way that is executed without a stop, as others move on.
 
     Args:
@@ -96,7 +175,7 @@ def imagined(episode: Episode, habits: Habits, sample: int) -> Crowd:
         habits: How they are assumed to behave.
         sample: Number of the future; equal numbers draw equally at one time.
     """
-    crowd = episode.future()
+    crowd = copied(episode.crowd)
     count = len(crowd.state)
     crowd.draws[:] = generators_of((episode.ticks << 12) + sample, 2 * count)
     _imagine(episode.job.ground, habits, crowd)
