@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from bimvox.cranes.known_lifts import KnownLifts
 from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError
@@ -18,6 +17,7 @@ from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation, faster, plan_without_obstructions, prepare
 from bimvox.progress import Report
 from bimvox.site.site import Site
+from bimvox.walk import Store
 from bimvox.workers import ALONE, Workers
 
 
@@ -80,17 +80,17 @@ def waiting_and_end(
         workers: Share the work.
         free: Ids of the components that another crane may lift if their own has no free time for them.
     """
-    plan, known = plan_without_obstructions(site, preparation, workers), KnownLifts()
+    plan, store = plan_without_obstructions(site, preparation, workers), Store()
     site, handed, refused = plan.site, set[str](), dict[str, str]()
     while True:
         try:
-            motions = time_lifts(plan, preparation, known, workers)
+            motions = time_lifts(plan, preparation, store, workers)
         except NoFreeTimeError as error:
             may = [part for part in error.reasons if part in free and part not in handed]
             handed.update(may)
             site, preparation, given_away = handed_over(site, preparation, may)
             refused.update({part: why for part, why in error.reasons.items() if part not in given_away})
-            plan = plan_lifts(site, preparation, refused=refused, workers=workers)
+            plan = plan_lifts(site, preparation, refused=refused, workers=workers, store=store)
         except MotionError:
             return None
         else:

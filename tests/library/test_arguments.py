@@ -19,9 +19,8 @@ from bimvox.library.arguments import constants_of, workers_of
 from bimvox.library.prove import plan_and_prove, prepared
 from bimvox.library.site import rasterise
 from bimvox.motion.time_plan import time_plan
-from bimvox.planning.ahead import LiftSearches, foretold
 from bimvox.planning.contact.pairs import Contacts
-from bimvox.planning.planner import plan_lifts
+from bimvox.planning.planner import LiftSearch, Wish, foretold, plan_lifts
 from bimvox.policy.choice import NO_POLICY
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import Status
@@ -242,7 +241,7 @@ def test_guides_do_not_depend_on_which_lifts_are_searched_first(guided, backward
     chunks = [range(first, first + 3) for first in range(0, len(told), 3)]
     found = {}
     for chunk in reversed(chunks) if backward else chunks[1::2]:
-        for lift in LiftSearches(own, anew, (), told).lifts(chunk):
+        for lift in LiftSearch(own, anew, (), told).steps([Wish(n) for n in chunk]):
             found[lift.order] = lift
     assert {n: lift.guide for n, lift in found.items()} == {n: alone.plan.lifts[n].guide for n in found}
     assert all(np.array_equal(lift.path_vox, alone.plan.lifts[n].path_vox) for n, lift in found.items())

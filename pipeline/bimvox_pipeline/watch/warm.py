@@ -13,7 +13,7 @@ from dataclasses import replace
 from bimvox.library.site import rasterise
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import write_log
-from bimvox.motion.time_plan import LiftTimes
+from bimvox.motion.time_plan import KnownLegs, MotionMaking
 from bimvox.motion.trajectories import chained
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.propose import Propose
@@ -27,6 +27,7 @@ from bimvox.revision.revise import revise
 from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions.obstruction_set import Obstruction, ObstructionSet, Voxels
 from bimvox.site.site import Site
+from bimvox.walk import Store
 from bimvox.workers import Workers
 
 _TRIES, _WARM_LIFTS = 3, 24
@@ -70,7 +71,8 @@ def warm_workers(plan: LiftPlan, preparation: Preparation, workers: Workers) -> 
         return
     few = replace(plan, lifts=tuple(lift for lift in plan.lifts if lift.order in orders))
     others = tuple(lift for lift in plan.lifts if lift.order not in orders)
-    found = LiftTimes(plan.site, preparation, plan.lifts).shared(orders, workers)
+    making = MotionMaking(plan.site, preparation, plan.lifts)
+    found = making.found([KnownLegs(order) for order in orders], Store(), workers)
     motions = chained([motion for motion in found if isinstance(motion, LiftMotion)])
     verify_plan(few, others, workers=workers)
     verify_motions(few, motions, others, workers=workers)

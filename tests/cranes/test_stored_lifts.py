@@ -1,4 +1,4 @@
-"""What is known of several cranes' lifts from the last plan."""
+"""What was made of several cranes' lifts is not made again for the next plan."""
 
 import dataclasses
 
@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from two_cranes import two_crane_site
 
-from bimvox.cranes.known_lifts import KnownLifts
 from bimvox.cranes.legs import LegMaker
 from bimvox.cranes.lifts import crane_lifts
-from bimvox.motion.time_plan import LiftTimes
+from bimvox.motion.time_plan import MotionMaking
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import prepare
 from bimvox.site.build import with_digests
+from bimvox.walk import Store
 
 BRIDGE = "west bridge"
 
@@ -30,8 +30,8 @@ def given_to(site, crane):
 def made(monkeypatch):
     """Return the orders of the lifts of which motions and legs are made."""
     motions, legs = [], []
-    time_one, make = LiftTimes._made, LegMaker.made
-    monkeypatch.setattr(LiftTimes, "_made", lambda self, lift: motions.append(lift.order) or time_one(self, lift))
+    time_one, make = MotionMaking.step, LegMaker.made
+    monkeypatch.setattr(MotionMaking, "step", lambda self, *at: motions.append(at[1].order) or time_one(self, *at))
     monkeypatch.setattr(LegMaker, "made", lambda self, *how: legs.append(self.lift.order) or make(self, *how))
     return motions, legs
 
@@ -52,24 +52,24 @@ def are_alike(lifts, others):
 
 
 def test_another_plan_with_the_same_lifts_needs_nothing_new(made):
-    site, known = given_to(two_crane_site(), 0), KnownLifts()
+    site, store = given_to(two_crane_site(), 0), Store()
     preparation = prepare(site)
-    lifts = crane_lifts(plan_lifts(site, preparation), preparation, known)
+    lifts = crane_lifts(plan_lifts(site, preparation), preparation, store)
     assert [len(one) for one in made] == [7, 7]
-    again = crane_lifts(plan_lifts(site, preparation), preparation, known)
+    again = crane_lifts(plan_lifts(site, preparation), preparation, store)
     assert [len(one) for one in made] == [7, 7]
     assert are_alike(lifts, again)
 
 
 def test_if_another_crane_lifts_a_part_only_legs_that_depend_on_it_are_made(made):
-    site, known = given_to(two_crane_site(), 0), KnownLifts()
+    site, store = given_to(two_crane_site(), 0), Store()
     preparation = prepare(site)
-    crane_lifts(plan_lifts(site, preparation), preparation, known)
+    crane_lifts(plan_lifts(site, preparation), preparation, store)
     for orders in made:
         orders.clear()
     other = given_to(site, 1)
     plan = plan_lifts(other, preparation)
-    lifts = crane_lifts(plan, preparation, known)
+    lifts = crane_lifts(plan, preparation, store)
     (bridge,) = (one.order for one in plan.lifts if other.components[one.component].id == BRIDGE)
     motions, legs = (list(orders) for orders in made)
     assert motions == [bridge]
@@ -79,12 +79,12 @@ def test_if_another_crane_lifts_a_part_only_legs_that_depend_on_it_are_made(made
 
 
 def test_legs_are_made_anew_if_a_part_is_not_set(made):
-    site, known = given_to(two_crane_site(), 0), KnownLifts()
+    site, store = given_to(two_crane_site(), 0), Store()
     preparation = prepare(site)
-    crane_lifts(plan_lifts(site, preparation), preparation, known)
+    crane_lifts(plan_lifts(site, preparation), preparation, store)
     for orders in made:
         orders.clear()
     plan = plan_lifts(site, preparation, refused={BRIDGE: "refused"})
-    lifts = crane_lifts(plan, preparation, known)
+    lifts = crane_lifts(plan, preparation, store)
     assert sorted(made[1]) == sorted(one.lift.order for one in lifts)
     assert are_alike(lifts, crane_lifts(plan, preparation))
