@@ -24,6 +24,7 @@ from bimvox.site.obstructions.coordinates import Survey
 from bimvox.site.obstructions.file import obstructions_to_json
 from bimvox.site.obstructions.obstruction_set import ObstructionSet
 from bimvox.site.site import Site
+from bimvox.walk import Store
 from bimvox.workers import Workers
 
 
@@ -101,7 +102,8 @@ def planned(
         built, files = obstructed(built, found, told), {**files, **content}
     with workers_of(built, whole("jobs", jobs, 1)) as workers:
         free = may_go_to_others(replace(site, site=built))
-        built, preparation = prepared(built, told, workers, free)
+        store = Store()
+        built, preparation = prepared(built, told, workers, free, store)
         chosen = policy_of(site, built, preparation, PolicyWish(policy, seed, steps, wish.train), told)
         number = seed_of(site, seed)
         used = [chosen]
@@ -132,6 +134,7 @@ def planned(
                 workers=workers,
                 may_hand_over=free,
                 timed=begin,
+                store=store,
             )
             record = begun[0] if begun else record_of(proven)  # the last one that was timed is the proven one
             better = used[-1] if used[-1] is not chosen else None

@@ -56,10 +56,14 @@ class Planned:
 
 
 def prepared(
-    site: Site, progress: Progress, workers: Workers = ALONE, free: Collection[str] = ()
+    site: Site,
+    progress: Progress,
+    workers: Workers = ALONE,
+    free: Collection[str] = (),
+    store: Store | None = None,
 ) -> tuple[Site, Preparation]:
     """Return what ``preparation_of`` does, and report its notes."""
-    site, preparation = preparation_of(site, progress.report, workers, free)
+    site, preparation = preparation_of(site, progress.report, workers, free, store)
     notes = preparation.sequence.notes
     for note in notes[:_NOTES_SHOWN]:
         progress.note(note)
@@ -83,7 +87,7 @@ def overlap_note(clashes: Sequence[ModelledClash], names: Mapping[str, str]) -> 
     )
 
 
-def plan_and_prove(
+def plan_and_prove(  # noqa: PLR0913  (all but the first three are optional, and given by name)
     site: Site,
     preparation: Preparation,
     policy: PolicyInUse,
@@ -93,6 +97,7 @@ def plan_and_prove(
     workers: Workers = ALONE,
     may_hand_over: Collection[str] = (),
     timed: Callable[[Planned], object] | None = None,
+    store: Store | None = None,
 ) -> Planned:
     """Plan all lifts, time them, and prove both.
 
@@ -111,12 +116,14 @@ def plan_and_prove(
         may_hand_over: Ids of the components that another crane may lift if their own has no free time for them. The
             site of the plan then is not the given one.
         timed: Called with each plan whose motions are proven next.
+        store: What was planned, timed or proven before is not done again.
 
     Raises:
         NoPlanError: If no lift can be planned.
         VerificationError: If a proof of the plan as a whole fails.
     """
-    attempts = _Attempts(site, preparation, policy, progress, retraining, workers, frozenset(may_hand_over), timed)
+    may, known = frozenset(may_hand_over), Store() if store is None else store
+    attempts = _Attempts(site, preparation, policy, progress, retraining, workers, may, timed, known)
     return proven_in_rounds(attempts.attempt, "written", attempts.lifts)
 
 
@@ -126,7 +133,6 @@ class _Attempts:
 
     Attributes:
         retrained: The policy after more training.
-        store: What was planned, timed and proven.
         other_ways: What the proof refused, before the lift is refused.
         handed: Ids of the components that were handed over to another crane.
         made: The last plan.
@@ -141,8 +147,8 @@ class _Attempts:
     workers: Workers
     may_hand_over: Collection[str]
     timed: Callable[[Planned], object] | None
+    store: Store
     retrained: Propose | None = None
-    store: Store = field(default_factory=Store)
     other_ways: OtherWays = field(default_factory=OtherWays)
     handed: set[str] = field(default_factory=set)
     made: LiftPlan | None = None

@@ -60,7 +60,7 @@ def plan_lifts(
     Returns:
         The plan, infeasible lifts included with their reason.
     """
-    store = Store() if store is None else store
+    store, refused = Store() if store is None else store, {} if refused is None else refused
     order, policies = preparation.sequence.order, tuple(policies_of(propose, retrained))
     lifts: list[Lift] = []
     walk = LiftSearch(site, preparation, policies, passed := [])
@@ -70,11 +70,11 @@ def plan_lifts(
         if component.means is not Means.CRANE:
             lifts.append(not_lifted(component, number))
         else:
-            wish = _wish(refused or {}, component.id, number)
+            wish = _wish(refused, component.id, number)
             key = walk.key(store, wish)
             if rounds and not store.has(key) and len(order) - number >= _FEW:
                 rounds -= 1
-                _search_ahead(walk, refused or {}, lifts, store, workers, progress)
+                _search_ahead(walk, refused, lifts, store, workers, progress)
             lifts.append(store.once(key, lambda wish=wish: walk.steps([wish])[0]))  # type: ignore[misc]
         passed.append(lifts[-1].is_set)
         if progress is not None:

@@ -20,8 +20,8 @@ from bimvox.motion.figures import plan_figures
 from bimvox.motion.steps import may_pause, steps_of
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.order.sequence import Sequencer
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.proof.steps import verify_steps

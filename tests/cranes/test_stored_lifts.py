@@ -9,8 +9,8 @@ from two_cranes import two_crane_site
 from bimvox.cranes.legs import LegMaker
 from bimvox.cranes.lifts import crane_lifts
 from bimvox.motion.time_plan import MotionMaking
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.site.build import with_digests
 from bimvox.walk import Store
 

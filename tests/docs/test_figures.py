@@ -33,8 +33,9 @@ from bimvox.motion.time_plan import time_plan
 from bimvox.paper.env.presets import PAPER
 from bimvox.paper.policy.config import MODES
 from bimvox.paper.policy.initialization import initialize
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import Preparation, prepare
+from bimvox.planning.preparation import Preparation
 from bimvox.policy.generalist.frozen import problem_sets
 from bimvox.policy.generalist.occupancies import FAMILIES
 from bimvox.policy.generalist.suite import held_out

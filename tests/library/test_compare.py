@@ -18,7 +18,7 @@ from bimvox.library.compare import check_traffic
 from bimvox.library.revise import carry_out
 from bimvox.live.tracks import traffic_named
 from bimvox.log.plan_log import PlanLog
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.progress import SilentProgress
 from bimvox.proof.carried_out import check_carried_out, tally_of
 from bimvox.records.motion import CarriedOut, Other, OtherKind

@@ -13,7 +13,7 @@ from bimvox.library.revise import carry_out
 from bimvox.live.execution import Traffic
 from bimvox.live.tracks import Track
 from bimvox.live.traffic import Density
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.progress import SilentProgress
 from bimvox.records.motion import OtherKind
 

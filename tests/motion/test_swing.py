@@ -22,8 +22,8 @@ from bimvox.motion.steady import SwingRules, steadied, swaying
 from bimvox.motion.swing import PLANNED_RESIDUAL_M, Pendulum, pendulum_of, swing_of
 from bimvox.motion.time_plan import time_plan
 from bimvox.motion.timeline import in_sequence, sampled
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.crane.pendulum import swung_parts
 from bimvox.proof.footprint import MotionFootprint, motion_footprint, path_footprint
 from bimvox.proof.motion import verify_motions

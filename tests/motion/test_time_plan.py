@@ -14,8 +14,8 @@ from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.occupancy import stored_cells, target_cells
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.planning.stage import Stage
 from bimvox.proof.motion import verify_motions
 from bimvox.records.lift import Status

@@ -23,7 +23,7 @@ from bimvox.library.arguments import PolicyWish
 from bimvox.library.attached_files import compare_config
 from bimvox.library.site import load_site
 from bimvox.log.reader import read_log
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.progress import SilentProgress
 from bimvox.records.proof import Check
 from bimvox.site.config.file import parse_site_config

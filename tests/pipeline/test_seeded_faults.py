@@ -34,8 +34,8 @@ from bimvox.log.reader import read_log
 from bimvox.log.steps_json import steps_to_json
 from bimvox.motion.commands import commands, commands_at
 from bimvox.motion.time_plan import time_plan
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.progress import SilentProgress
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check

@@ -32,7 +32,7 @@ from bimvox.log import schema as topics
 from bimvox.log.mcap.reader import read_contents, salvage_contents
 from bimvox.log.reader import read_log
 from bimvox.log.schema import of_crane
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.progress import SilentProgress
 from bimvox.records.motion import LiftMotion
 

@@ -15,8 +15,8 @@ from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.guided import NoGuide, Pair, find_guide
 from bimvox.planning.insertion import PartToInsert, find_insertion
 from bimvox.planning.occupancy import Occupancy
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.footprint import CellMask, motion_footprint, path_footprint
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan

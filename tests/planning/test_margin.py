@@ -6,8 +6,8 @@ from planned_sites import PORTAL
 
 from bimvox.crane.kinematics import with_luffing_jib
 from bimvox.motion.time_plan import time_plan
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status

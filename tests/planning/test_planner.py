@@ -6,8 +6,8 @@ from box_sites import box_cells, box_site
 
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.occupancy import target_cells
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.planning.propose import ProposedGreedily
 from bimvox.planning.rollout import PLAN_LIMIT, proposer
 from bimvox.planning.search import shortest_path

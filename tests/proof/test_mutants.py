@@ -28,8 +28,8 @@ from bimvox.errors import NoPlanError
 from bimvox.library.prove import plan_and_prove
 from bimvox.motion.swing import rigged_crane
 from bimvox.planning.assembly import replay
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.planning.search import shortest_path
 from bimvox.policy.choice import NO_POLICY
 from bimvox.progress import progress_of

@@ -14,8 +14,9 @@ from bimvox.crane.tower_crane import AxisLimits
 from bimvox.cranes.schedule import time_lifts
 from bimvox.library.site import rasterise
 from bimvox.motion.swept import cells_of_axes, load_frame
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import Preparation, prepare
+from bimvox.planning.preparation import Preparation
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.records.lift import Status
 from bimvox.records.motion import LiftMotion, PhaseName

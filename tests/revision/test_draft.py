@@ -9,7 +9,7 @@ import pytest
 from box_sites import test_crane
 from planned_sites import planned, portal_site
 
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.proof.over_time import verify_plan_over_time
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion

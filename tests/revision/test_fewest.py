@@ -13,8 +13,9 @@ from bimvox.library.search import check_search
 from bimvox.library.site import rasterise
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.segments import newest, segment_of
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import Preparation, prepare
+from bimvox.planning.preparation import Preparation
 from bimvox.progress import SilentProgress
 from bimvox.records.proof import Check
 from bimvox.revision.current_plan import CurrentPlan, RevisionRequest, current_plan_of

@@ -5,13 +5,15 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+from bimvox.library.obstructions import rasterise
 from box_sites import box_site, test_crane
 
 import bimvox.revision.revise as module
 from bimvox.cranes.schedule import time_lifts
 from bimvox.library.site import rasterise
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import Preparation, prepare
+from bimvox.planning.preparation import Preparation
 from bimvox.proof.footprint import motion_footprint, path_footprint
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan

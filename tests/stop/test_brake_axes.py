@@ -20,8 +20,8 @@ from bimvox.motion.swept import samples_are_free
 from bimvox.motion.swing import rigged_crane
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import replay
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.planning.search import shortest_path
 from bimvox.proof.crane.axes import check_limits
 from bimvox.proof.motion import verify_motions

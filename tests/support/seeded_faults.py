@@ -47,8 +47,8 @@ from bimvox.log.held import held_files
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.segments import FIRST_PLAN, NOW_NS, first_plan_of
 from bimvox.motion.time_plan import time_plan
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.progress import SilentProgress
 from bimvox.proof.carried_out import planned_axes, tally_of
 from bimvox.records.lift import LOAD_IS_HELD, Epoch, LeftPath, Lift, ModelledClash, Status, not_lifted

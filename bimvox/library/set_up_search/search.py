@@ -17,7 +17,7 @@ from bimvox.library.set_up_search.placed import PlacedSite, rooms_of
 from bimvox.library.set_up_search.set_up import OtherYard, Rig, Tried
 from bimvox.library.set_up_search.timed import LIFTS, Ways, timed_moving_s, ways_on
 from bimvox.library.site import built_site
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.planning.stacks import is_stacked
 from bimvox.progress import Progress
 from bimvox.site.beside import parts_beside

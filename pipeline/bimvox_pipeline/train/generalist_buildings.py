@@ -36,7 +36,7 @@ def stages_of(models: tuple[tuple[str, float], ...], folder: Path = SAMPLES) -> 
 def _stages(model: Path, voxel_size_m: float) -> list[BuildingStage]:
     from bimvox.library.site import load_site
     from bimvox.planning.assembly import Assembly
-    from bimvox.planning.preparation import prepare
+    from bimvox.planning.order_search import prepare
     from bimvox.planning.stage import Stage
     from bimvox.policy.generalist.stages import BuildingStage
     from bimvox_pipeline.site import init

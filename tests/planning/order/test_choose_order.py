@@ -11,7 +11,7 @@ from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.order.choose_order import order_and_yard, travel_s
 from bimvox.planning.order.relations import precedence
 from bimvox.planning.order.sequence import Sequencer
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.planning.yard import allocate_yard
 from bimvox.site.component import OrderHints
 
