@@ -15,10 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bimvox.crane.conflict import COLUMNS, SLEW_HIGH, SLEW_LOW, CraneTrack
-from bimvox.crane.meeting import COLUMNS, SLEW_HIGH, SLEW_LOW
 from bimvox.cranes.clock import insist_on_room
 from bimvox.cranes.legs import CraneStart, LastLift, LegMaker, legs_from_there
-from bimvox.cranes.legs_from import CraneStart, legs_from_there
 from bimvox.cranes.lift import Carried, CraneLift, Leg, Legs, Parking
 from bimvox.cranes.track import carrying_track
 from bimvox.errors import MotionError

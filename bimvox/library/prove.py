@@ -25,7 +25,6 @@ from bimvox.proof.values import check_motion_values, check_values
 from bimvox.records.lift import NOT_DRIVEN, LiftPlan, Method, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
-from bimvox.records.reasons import NOT_DRIVEN
 from bimvox.records.steps import Steps
 from bimvox.site.part_names import names_by_id
 from bimvox.site.site import Site

@@ -30,7 +30,6 @@ from bimvox.proof.values import check_values
 from bimvox.records.proof import Verification
 from bimvox.records.steps import Steps
 from bimvox.site.part_names import names_by_id, with_names
-from bimvox.uncollected import uncollected
 from bimvox.undisturbed import uncollected
 from bimvox.walk import Store
 from bimvox.workers import ALONE, Workers

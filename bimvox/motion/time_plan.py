@@ -14,7 +14,6 @@ from bimvox.planning.assembly import Assembly
 from bimvox.planning.preparation import Preparation
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion, Trajectory
-from bimvox.records.trajectory import Trajectory
 from bimvox.site.site import Site
 from bimvox.walk import Store, Walk
 from bimvox.workers import ALONE, Workers

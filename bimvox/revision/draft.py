@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from bimvox.errors import MotionError
-from bimvox.motion.time_plan import KnownLegs, LiftTimes
+from bimvox.motion.time_plan import KnownLegs, MotionMaking
 from bimvox.motion.trajectories import joined_on, waiting
 from bimvox.planning.rounds import Refused, refusals
 from bimvox.proof.footprint import Footprint, MotionFootprint, motion_footprint, path_footprint
@@ -128,9 +128,9 @@ class MotionsInTheMaking:
         return found
 
     def _begin(self) -> None:
-        times = LiftTimes(self._request.site, self._request.preparation, self._lifts)
-        task = (times, self._waiting)
-        self._begun.append((self._waiting, self._request.workers.begin(LiftTimes.made, [task])))
+        making = MotionMaking(self._request.site, self._request.preparation, self._lifts)
+        task = (making, self._waiting)
+        self._begun.append((self._waiting, self._request.workers.begin(MotionMaking.steps, [task])))
         self._waiting = []
 
 

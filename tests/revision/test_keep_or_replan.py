@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from functools import cache
 
-from bimvox.revision.request import RevisionRequest
 from box_sites import box_site, test_crane
 
 from bimvox.library.site import rasterise
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import Preparation, prepare
+from bimvox.planning.preparation import Preparation
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status, same_path

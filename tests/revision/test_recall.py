@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from bimvox.library.obstructions import rasterise
 from box_sites import box_site, test_crane
 
 import bimvox.revision.revise as module

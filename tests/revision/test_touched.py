@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from functools import cache
 
-from bimvox.library.obstructions import rasterise
-from bimvox.revision.request import RevisionRequest
 from box_sites import box_site, test_crane
 
+from bimvox.library.site import rasterise
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
@@ -15,7 +14,7 @@ from bimvox.planning.preparation import Preparation
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status, same_path
-from bimvox.revision.current_plan import CurrentPlan, RevisionPart, current_plan_of
+from bimvox.revision.current_plan import CurrentPlan, RevisionPart, RevisionRequest, current_plan_of
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_digests, with_obstructions
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
