@@ -360,9 +360,9 @@ def built_site(config: SiteConfig, building: Building, files: Mapping[str, bytes
     higher = with_room_for_slings(config, frame, shape, site.components)
     if higher != shape:
         site = on_grid(higher)
-    for note in site.notes:
+    for note in (*site.notes, *placed.notes[len(building.notes) :]):
         progress.note(note)
     progress.finish()
-    # The reader has said these, and a plan repeats them: what was left out, joined or assumed is signed too.
-    site = replace(site, notes=(*site.notes, *building.notes))
+    # The reader has said the rest, and a plan repeats it: what was left out, joined or assumed is signed too.
+    site = replace(site, notes=(*site.notes, *placed.notes))
     return LoadedSite(config, site, dict(files), building.georeference)
