@@ -36,9 +36,8 @@ from bimvox.paper.policy.initialization import initialize
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
-from bimvox.policy.generalist.frozen import problem_sets
-from bimvox.policy.generalist.occupancies import FAMILIES
-from bimvox.policy.generalist.suite import held_out
+from bimvox.policy.generalist.problems import FAMILIES
+from bimvox.policy.generalist.suite import held_out, problem_sets
 from bimvox.policy.generalist.weights import generalist_record
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import LiftPlan

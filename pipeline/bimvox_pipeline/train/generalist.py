@@ -52,10 +52,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _train(chosen: argparse.Namespace) -> None:
-    from bimvox.policy.device import device_named
+    from bimvox.policy.dqn import device_named
     from bimvox.policy.generalist import recipe
-    from bimvox.policy.generalist.occupancies import FAMILIES
-    from bimvox.policy.generalist.problems import VALIDATION_DOMAIN, lessons
+    from bimvox.policy.generalist.problems import FAMILIES, VALIDATION_DOMAIN, lessons
     from bimvox.policy.generalist.stages import building_lifts, load_stages
     from bimvox.policy.generalist.weights import generalist_record, load_generalist, save_generalist
 

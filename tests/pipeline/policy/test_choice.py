@@ -18,10 +18,8 @@ from bimvox.log.reader import read_log
 from bimvox.policy import store as policies
 from bimvox.policy.config import DqnConfig, adapting
 from bimvox.policy.generalist.weights import generalist_record, load_generalist
-from bimvox.policy.manifest import id_of
+from bimvox.policy.manifest import TrainedPolicy, id_of, outline_of
 from bimvox.policy.network import QNetwork
-from bimvox.policy.site_outline import outline_of
-from bimvox.policy.trained import TrainedPolicy
 from bimvox.progress import SilentProgress
 
 WITHOUT_TORCH = """

@@ -5,8 +5,8 @@ import pytest
 
 from bimvox.env.problem import UNREACHABLE, is_learnable
 from bimvox.planning.search import shortest_path
-from bimvox.policy.generalist.occupancies import FAMILIES
 from bimvox.policy.generalist.problems import (
+    FAMILIES,
     HELD_OUT_DOMAIN,
     LESSON_DOMAIN,
     VALIDATION_DOMAIN,
