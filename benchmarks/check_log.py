@@ -26,7 +26,7 @@ def sample_log(folder: Path) -> Path:
     from bimvox_pipeline.plan import plan
     from bimvox_pipeline.site import init
 
-    from bimvox.library.policy_wish import PolicyWish
+    from bimvox.library.arguments import PolicyWish
     from bimvox.progress import SilentProgress
 
     site, log = folder / "frame.site.toml", folder / "frame.mcap"

@@ -11,10 +11,9 @@ import sys
 import numpy as np
 from bimvox_pipeline.train.generalist import TESTS, stages_of
 
-from bimvox.policy.generalist.frozen import BUILDING, FROZEN, digest_of, frozen_text
 from bimvox.policy.generalist.problems import HELD_OUT_DOMAIN
 from bimvox.policy.generalist.stages import BuildingStage, building_lifts, save_stages
-from bimvox.policy.generalist.suite import BUILDING_COUNT
+from bimvox.policy.generalist.suite import BUILDING, BUILDING_COUNT, FROZEN, digest_of, frozen_text
 
 
 def main() -> int:

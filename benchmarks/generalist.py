@@ -36,9 +36,8 @@ from bimvox.planning.rollout import (
 )
 from bimvox.planning.search import shortest_path
 from bimvox.planning.shorten_path import straightened
-from bimvox.policy.generalist.frozen import ProblemSet, problem_sets
-from bimvox.policy.generalist.occupancies import FAMILIES
-from bimvox.policy.generalist.suite import UNSOLVABLE_COUNT, unsolvable
+from bimvox.policy.generalist.problems import FAMILIES
+from bimvox.policy.generalist.suite import UNSOLVABLE_COUNT, ProblemSet, problem_sets, unsolvable
 from bimvox.policy.generalist.weights import FOLDER, generalist_record, load_generalist
 from bimvox.policy.score import WITHOUT_A_WAY
 

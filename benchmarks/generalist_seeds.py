@@ -23,10 +23,9 @@ from benchmarks.document import put_into
 from benchmarks.generalist import tries
 from bimvox.env.problem import LiftProblem, lift_problem
 from bimvox.planning.rollout import TowardsTarget, Values
-from bimvox.policy.generalist.frozen import problem_sets
-from bimvox.policy.generalist.occupancies import FAMILIES
-from bimvox.policy.generalist.problems import VALIDATION_DOMAIN, lesson
+from bimvox.policy.generalist.problems import FAMILIES, VALIDATION_DOMAIN, lesson
 from bimvox.policy.generalist.recipe import Run, small_recipe, train_generalist
+from bimvox.policy.generalist.suite import problem_sets
 from bimvox.policy.generalist.weights import load_generalist, save_generalist
 
 LEFT_OUT = "traps"

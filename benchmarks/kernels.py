@@ -130,7 +130,7 @@ def _measure(path: Path, way: str, processes: int | None, there: Any) -> None:
 
     from bimvox.errors import BimvoxError
     from bimvox.voxelization.building import voxelize_building
-    from bimvox.voxelization.limits import default_voxel_size_m
+    from bimvox.voxelization.lattice import default_voxel_size_m
     from bimvox.voxelization.part import voxelize_mesh
 
     voxelize_building(_read(_WARM_UP, way, processes), 0.1)

@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.document import put_into
-from bimvox.live.deciders import Decider, MonteCarlo, Oracle, Rules, stop_and_wait
-from bimvox.live.episode import Episode, Stage
-from bimvox.live.job import LiveJob
+from benchmarks.live_deciders import MonteCarlo, Oracle
+from bimvox.live.deciders import Decider, Rules, stop_and_wait
+from bimvox.live.episode import Episode, LiveJob, Stage
 from bimvox.live.traffic import DENSITIES, Habits
 
 SAMPLES = Path(__file__).parents[1] / "sample_models"

@@ -16,8 +16,8 @@ import numpy as np
 
 from benchmarks.document import MEASURED, put_into
 from bimvox.motion.time_plan import time_plan
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.crane.pendulum import hanging_m, swung_parts
 from bimvox.proof.motion import verify_motions
 from bimvox.records.lift import LiftPlan, Status

@@ -32,9 +32,8 @@ from bimvox_pipeline.studio.saving import save
 from bimvox_pipeline.studio.setup import CraneSetup
 
 from bimvox.library.set_up_search.choose import search_set_ups
-from bimvox.library.set_up_search.front import front_of
 from bimvox.library.set_up_search.search import Search
-from bimvox.library.set_up_search.set_up import Effort, Tried
+from bimvox.library.set_up_search.set_up import Effort, Tried, front_of
 from bimvox.progress import SilentProgress
 from bimvox.site.catalogue import catalogue
 from bimvox.site.costs import Rates

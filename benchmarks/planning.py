@@ -69,8 +69,9 @@ def row(name: str, site_file: Path, narrow: NarrowPhase) -> str:
     """Plan a site both ways and return its row of the table."""
     from bimvox.library.site import load_site
     from bimvox.planning.order.sequence import Sequencer
+    from bimvox.planning.order_search import prepare
     from bimvox.planning.planner import plan_lifts
-    from bimvox.planning.preparation import Preparation, prepare
+    from bimvox.planning.preparation import Preparation
     from bimvox.planning.yard import allocate_yard
     from bimvox.progress import SilentProgress
 
@@ -104,7 +105,7 @@ def ways_row(name: str, site: Any) -> str:
     from bimvox.planning.order.local_search import searched
     from bimvox.planning.order.makespan import makespan_s
     from bimvox.planning.order.sequence import Sequencer
-    from bimvox.planning.preparation import prepare
+    from bimvox.planning.order_search import prepare
 
     greedy = prepare(greedily(site))
     sequencer, order = Sequencer(site, greedy.relations, greedy.contacts), greedy.sequence.order
@@ -127,7 +128,7 @@ def ways_row(name: str, site: Any) -> str:
 def cranes_row(site_file: Path) -> str:
     """Return the row of the third table: hours by the schedule of several cranes, and lifts refused in that time."""
     from bimvox.library.site import load_site
-    from bimvox.planning.preparation import faster, prepare
+    from bimvox.planning.order_search import faster, prepare
     from bimvox.progress import SilentProgress
     from bimvox.site.means import Means
 

@@ -25,7 +25,7 @@ from typing import Any
 
 from benchmarks.document import put_into
 from bimvox.errors import BimvoxError
-from bimvox.library.policy_wish import PolicyWish
+from bimvox.library.arguments import PolicyWish
 from bimvox.progress import SilentProgress
 
 DOCUMENT = Path(__file__).parents[1] / "docs" / "measured.md"

@@ -44,11 +44,9 @@ _FRAMES = 20
 def large_plan() -> tuple[Site, list[Lift], tuple[LiftMotion, ...], list[LoadTrack]]:
     """Return site, lifts and tracks of ``PARTS`` parts: bays of four columns, beams and a slab, five storeys."""
     from bimvox.bim.building import TriangleMesh
-    from bimvox.crane.axis_limits import AxisLimits
     from bimvox.crane.load_chart import LoadChart
-    from bimvox.crane.tower_crane import TowerCrane
-    from bimvox.grid.frame import GridFrame
-    from bimvox.grid.labels import Label
+    from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+    from bimvox.grid.frame import GridFrame, Label
     from bimvox.log.track import nominal_track
     from bimvox.records.lift import Lift, Method, Status, YardPlace
     from bimvox.site.component import Component, StoredPose

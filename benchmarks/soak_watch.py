@@ -271,7 +271,7 @@ class Soak:
         """Prove the newest plan on disk, compare it with the reports, and remove segments that are not needed."""
         from bimvox_pipeline.watch.log import segments_on_disk
 
-        from bimvox.library.obstructions import load_obstructions, rasterise, survey_in
+        from bimvox.library.site import load_obstructions, rasterise, survey_in
         from bimvox.log.reader import read_log
         from bimvox.log.segments import pending_of
         from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time

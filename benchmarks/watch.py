@@ -98,10 +98,9 @@ def watcher_for(site: Path, scratch: Path, log: Path, search_only: bool) -> Iter
     from bimvox_pipeline.watch.plan import WatchedPlan
     from bimvox_pipeline.watch.watch import Watcher
 
+    from bimvox.library.arguments import PolicyWish, constants_of, workers_of
     from bimvox.library.plan import policy_of
-    from bimvox.library.policy_wish import PolicyWish
     from bimvox.library.prove import prepared
-    from bimvox.library.sharing import constants_of, workers_of
     from bimvox.library.site import load_site
     from bimvox.policy.choice import NO_POLICY
     from bimvox.progress import SilentProgress

@@ -14,8 +14,8 @@ import sys
 from benchmarks.document import MEASURED, put_into
 from benchmarks.motion import SAMPLES, site_of
 from benchmarks.planning import crane_hours
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.site.site import Site
 
 TRUCKLOADS_T = (0, 48, 24, 12)

@@ -22,7 +22,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from bimvox.env.registration import register_with_gymnasium as _register_with_gymnasium
+from bimvox.env.gym import register_with_gymnasium as _register_with_gymnasium
 from bimvox.errors import BimvoxError
 from bimvox.version import __version__
 
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from bimvox.library.building import read as read
     from bimvox.library.building import voxelize as voxelize
     from bimvox.library.environment import lift_problems as lift_problems
+    from bimvox.library.environment import live_job as live_job
     from bimvox.library.export import export as export
-    from bimvox.library.live import live_job as live_job
     from bimvox.library.log import read_log as read_log
     from bimvox.library.log import write_log as write_log
     from bimvox.library.optimise import SetUp as SetUp
@@ -80,7 +80,7 @@ _HOME = {
     "export": "bimvox.library.export",
     "guess_site": "bimvox.library.site",
     "lift_problems": "bimvox.library.environment",
-    "live_job": "bimvox.library.live",
+    "live_job": "bimvox.library.environment",
     "load_site": "bimvox.library.site",
     "optimise": "bimvox.library.optimise",
     "plan": "bimvox.library.plan",

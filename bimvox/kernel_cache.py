@@ -30,9 +30,9 @@ from numba.core.caching import _Cache
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.sigutils import normalize_signature
 
-from bimvox.compiling import compiling_one
 from bimvox.kernel_code import content_of, load, remember
-from bimvox.uncollected import uncollected
+from bimvox.progress import compiling_one
+from bimvox.undisturbed import uncollected
 
 CALLEE = ".callee"
 """Ends the name of a kernel as other kernels call it; see `bimvox.compiled`."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from types import TracebackType
 from typing import Protocol, TypeAlias
 
@@ -157,3 +157,43 @@ class _EndsStage(AbstractContextManager[None]):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._progress.finish()
+
+
+# Who is told that a kernel is being compiled: the cache of kernels tells, a progress line shows it.
+#
+# Imports nothing, so that a progress line does not load a compiler.
+
+CompileListener: TypeAlias = Callable[[int, bool], None]
+"""Called with the number of kernels that this process has begun to compile, and whether one is being compiled."""
+
+_compile_listeners: list[CompileListener] = []
+_compiles_begun = 0
+_compiles_open = 0
+
+
+@contextmanager
+def compiling_one() -> Iterator[None]:
+    """Tell the listeners that a kernel is compiled, or that another process compiles it, in the ``with`` block."""
+    global _compiles_begun, _compiles_open
+    _compiles_begun, _compiles_open = _compiles_begun + 1, _compiles_open + 1
+    _tell_compiling()
+    try:
+        yield
+    finally:
+        _compiles_open -= 1
+        _tell_compiling()
+
+
+@contextmanager
+def told(listener: CompileListener) -> Iterator[None]:
+    """Call a listener in the ``with`` block whenever compiling begins or ends."""
+    _compile_listeners.append(listener)
+    try:
+        yield
+    finally:
+        _compile_listeners.remove(listener)
+
+
+def _tell_compiling() -> None:
+    for listener in tuple(_compile_listeners):
+        listener(_compiles_begun, _compiles_open > 0)

@@ -18,9 +18,9 @@ from filelock import FileLock
 
 from bimvox import kernel_cache
 from bimvox.compiled import _NEEDLESS
-from bimvox.compiling import told
 from bimvox.kernel_cache import KernelCache, digest_of, is_locked
-from bimvox.voxelization import columns
+from bimvox.progress import told
+from bimvox.voxelization import solid
 
 MODULE = '''
 """A module of a kernel and its helper."""
@@ -63,7 +63,7 @@ def test_what_a_called_kernel_reads_or_does_changes_its_callers_and_no_others(ch
 
 
 def test_a_constant_of_another_module_is_part_of_the_key() -> None:
-    kernel = columns.fill_columns
+    kernel = solid.fill_columns
     names = kernel.py_func.__globals__ | {"_SLAB": 1}
     changed = numba.njit(nogil=True)(FunctionType(kernel.py_func.__code__, names))
     changed.targetoptions = kernel.targetoptions

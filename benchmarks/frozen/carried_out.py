@@ -87,8 +87,8 @@ def _watcher(name: str, file: Path, hand: Hand) -> tuple[Watcher, Callable[[], I
     from bimvox_pipeline.watch.simulate import PlanClock
     from bimvox_pipeline.watch.watch import Watcher
 
+    from bimvox.library.arguments import PolicyWish
     from bimvox.library.plan import policy_of
-    from bimvox.library.policy_wish import PolicyWish
     from bimvox.library.prove import prepared
     from bimvox.library.site import load_site
     from bimvox.progress import SilentProgress

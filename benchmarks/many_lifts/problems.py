@@ -39,7 +39,7 @@ def make(count: int, seed: int) -> Problems:
         count: Number of lifts.
         seed: The same seed gives the same lifts.
     """
-    from bimvox.env.distance import distance_field
+    from bimvox.env.problem import distance_field
 
     rng = np.random.default_rng(seed)
     occupied = np.zeros(SHAPE, np.bool_)

@@ -7,8 +7,7 @@ import numpy as np
 from benchmarks.voxelize.case import Scene, Window
 from benchmarks.voxelize.solids import cube
 from benchmarks.voxelize.tool import Masks, mask_of
-from bimvox.grid.part_cells import all_part_cells
-from bimvox.grid.voxel_grid import VoxelGrid
+from bimvox.grid.voxel_grid import VoxelGrid, all_part_cells
 from bimvox.voxelization.building import voxelize_building
 
 

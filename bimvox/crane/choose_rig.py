@@ -25,8 +25,7 @@ from math import atan2, ceil, cos, degrees, hypot, inf, radians, tan
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.gear import Gear, GearFamily, GearKind, GearSize
-from bimvox.crane.rig import Rig, RigPart
+from bimvox.crane.gear import Gear, GearFamily, GearKind, GearSize, Rig, RigPart
 
 MOST_ANGLE_RAD = radians(60.0)
 """No leg leans by more (EN 818-4)."""

@@ -1,4 +1,4 @@
-"""Outline of a crane for anti-collision: jib, counter-jib, mast, rope and load as simple solids.
+"""Outline of a crane: jib, counter-jib, mast, rope and load as simple solids.
 
 Everything that slews is a strip along a ray from the slewing axis: two radii, a half width and two heights. The load on
 the rope is a disc on plan. Two cranes are compared on plan, part by part, if the heights of the parts are near each
@@ -124,3 +124,23 @@ def highest_point_m(crane: TowerCrane) -> float:
     if crane.luffing is not None:
         return crane.luffing.highest_tip_m + crane.luffing.width_m / 2.0
     return crane.jib_height_m + tower_head_m(crane)
+
+
+Box = tuple[tuple[float, float, float], tuple[float, float, float]]
+
+
+def mast_box_m(crane: TowerCrane) -> Box:
+    """Return the lowest and the highest corner of the mast, from its foot up to the jib, metres.
+
+    A luffing crane's mast ends at the pivot; for a mobile crane it is the box of undercarriage and outriggers.
+    """
+    x, y, z = crane.base_m
+    half = crane.mast_size_m / 2.0
+    top_m = crane.jib_height_m if crane.luffing is None else crane.luffing.pivot_height_m
+    return (x - half, y - half, z), (x + half, y + half, top_m)
+
+
+# The crane as a URDF robot: links of boxes, joints ``slewing``, ``trolley`` or ``luffing``, and ``hoist``.
+#
+# The joint names and meanings are those of the log's joint states: slewing rad, trolley m from the slewing axis or
+# luffing rad above the horizontal, hoist m of rope below the jib. Specification: http://wiki.ros.org/urdf/XML.

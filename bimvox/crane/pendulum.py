@@ -7,8 +7,7 @@ from math import pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.luffing import tip_height_m
-from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.tower_crane import TowerCrane, tip_height_m
 
 GRAVITY_M_S2 = 9.80665
 SHORTEST_M = 0.5

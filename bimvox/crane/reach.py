@@ -1,4 +1,4 @@
-"""Reach: where the hook may be, as a map over the site's columns.
+"""Reach: where the hook may be, as a map over the site's columns, and which mast a machine needs there.
 
 Rope, reach and capacity constrain the hook, not the load's boxes. A column is admissible if its centre lies between the
 smallest and the largest radius, and within the radius at which the load chart carries the mass. For a load, the hook's
@@ -7,17 +7,163 @@ own place within its column counts instead of the centre.
 
 from __future__ import annotations
 
-from typing import Protocol
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from hashlib import sha256
+from typing import NamedTuple, Protocol
+from weakref import ref
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import maximum_filter
 
 from bimvox.compiled import kernel
-from bimvox.crane.jib_map import jib_blocked
+from bimvox.crane.kinematics import with_luffing_jib
 from bimvox.crane.load_chart import max_radius_m
-from bimvox.crane.luffing import LuffingJib, luff_of_radius, tip_height_m
-from bimvox.crane.tower_crane import TowerCrane
-from bimvox.crane.working_range import columns_in_range
+from bimvox.crane.tower_crane import LuffingJib, TowerCrane, columns_in_range, luff_of_radius, tip_height_m
+
+# Hook columns at which a luffing jib and its counterweight are clear of everything.
+#
+# The hook column determines slew and luff angle, and so the position of the whole jib. So the jib's collisions are one
+# more map of hook columns, like reach and rope. Along the ray from the slewing axis to the column, the jib's underside
+# must be above everything; on the other side of the axis, so must the counterweight's.
+
+
+def jib_blocked(
+    jib: LuffingJib,
+    base_m: tuple[float, float, float],
+    origin_m: tuple[float, float, float],
+    voxel_size_m: float,
+    top: NDArray[np.int32],
+    own_m: float,
+    reach_m: tuple[float, float],
+) -> NDArray[np.bool_]:
+    """Return the (X, Y) columns over which the hook may not be because jib or counterweight would hit something.
+
+    Args:
+        jib: The jib.
+        base_m: Foot of the slewing axis.
+        origin_m: Lowest corner of the grid.
+        voxel_size_m: Edge of a cell.
+        top: (X, Y) int32, one above the highest occupied cell of each column.
+        own_m: Half the edge of the mast or the undercarriage; cells there are the crane itself.
+        reach_m: Smallest and largest radius that matters.
+    """
+    key = _Heights(sha256(np.ascontiguousarray(top).data).digest(), ref(top))
+    return _jib_blocked(jib, base_m, origin_m, voxel_size_m, key, own_m, reach_m)
+
+
+@dataclass(frozen=True, slots=True)
+class _Heights:
+    """A height map as a key.
+
+    Attributes:
+        digest: Of its cells.
+        cells: The map, which the key does not keep alive.
+    """
+
+    digest: bytes
+    cells: ref[NDArray[np.int32]] = field(compare=False)
+
+
+@lru_cache(maxsize=32)  # lift after lift, hook and load, their ways and their ends: few maps are new
+def _jib_blocked(
+    jib: LuffingJib,
+    base_m: tuple[float, float, float],
+    origin_m: tuple[float, float, float],
+    voxel_size_m: float,
+    heights: _Heights,
+    own_m: float,
+    reach_m: tuple[float, float],
+) -> NDArray[np.bool_]:
+    top = heights.cells()
+    assert top is not None
+    # The jib covers the cells around its ray: the map is widened by its half width and one cell.
+    wide = 1 + 2 * int(np.ceil((jib.width_m / 2.0) / voxel_size_m + 1.0))
+    tail_wide = 1 + 2 * int(np.ceil((jib.tail_width_m / 2.0) / voxel_size_m + 1.0))
+    over = _without_own(top, base_m, origin_m, voxel_size_m, own_m)
+    blocked: NDArray[np.bool_] = _blocked(
+        np.ascontiguousarray(maximum_filter(over, size=wide, mode="constant")).astype(np.int32),
+        np.ascontiguousarray(maximum_filter(over, size=tail_wide, mode="constant")).astype(np.int32),
+        np.array([*base_m[:2], *origin_m, voxel_size_m]),
+        np.array([jib.pivot_offset_m, jib.pivot_height_m, jib.length_m, *jib.luff_rad]),
+        np.array([jib.tail_radius_m, jib.tail_low_m]),
+        np.array(reach_m),
+    )
+    blocked.setflags(write=False)
+    return blocked
+
+
+def _without_own(
+    top: NDArray[np.int32],
+    base_m: tuple[float, float, float],
+    origin_m: tuple[float, float, float],
+    voxel_size_m: float,
+    own_m: float,
+) -> NDArray[np.int32]:
+    """Return the height map without the crane itself."""
+    low = [int(np.floor((base_m[i] - own_m - origin_m[i]) / voxel_size_m)) - 1 for i in (0, 1)]
+    high = [int(np.ceil((base_m[i] + own_m - origin_m[i]) / voxel_size_m)) + 1 for i in (0, 1)]
+    over = top.copy()
+    over[max(0, low[0]) : max(0, high[0]), max(0, low[1]) : max(0, high[1])] = 0
+    return over
+
+
+@kernel
+def _blocked(
+    top: NDArray[np.int32],
+    tail_top: NDArray[np.int32],
+    place: NDArray[np.float64],
+    jib: NDArray[np.float64],
+    tail: NDArray[np.float64],
+    reach: NDArray[np.float64],
+) -> NDArray[np.bool_]:
+    nx, ny = top.shape
+    base_x, base_y, origin_x, origin_y, origin_z, size = place
+    offset, pivot, length, lowest, highest = jib
+    blocked = np.zeros((nx, ny), np.bool_)
+    highest_m, highest_tail_m = origin_z + top.max() * size, origin_z + tail_top.max() * size
+    for i in range(nx):
+        for j in range(ny):
+            dx = origin_x + (i + 0.5) * size - base_x
+            dy = origin_y + (j + 0.5) * size - base_y
+            radius = np.sqrt(dx * dx + dy * dy)
+            if radius < reach[0] - size or radius > reach[1] + size or radius < 1e-6:
+                continue
+            ux, uy = dx / radius, dy / radius
+            # A column represents hooks up to one cell further out, where the jib is lower.
+            share = min(max((radius + size - offset) / length, np.cos(highest)), np.cos(lowest))
+            slope = np.sqrt(1.0 - share * share) / share
+            steps = int(np.ceil((radius + size) / (0.5 * size)))
+            for n in range(steps + 1):
+                at = n * 0.5 * size
+                if at < offset:
+                    continue
+                lowest_m = max(pivot + (at - offset - size) * slope, pivot - size) - size
+                if highest_m <= lowest_m:
+                    break  # it rises: everything is below it from here on
+                x = int(np.floor((base_x + ux * at - origin_x) / size))
+                y = int(np.floor((base_y + uy * at - origin_y) / size))
+                if x < 0 or y < 0 or x >= nx or y >= ny:
+                    continue
+                if top[x, y] > 0 and origin_z + top[x, y] * size > lowest_m:
+                    blocked[i, j] = True
+                    break
+            if highest_tail_m <= tail[1]:
+                continue
+            steps = int(np.ceil(tail[0] / (0.5 * size)))
+            for n in range(steps + 1):
+                if blocked[i, j]:
+                    break
+                at = n * 0.5 * size
+                x = int(np.floor((base_x - ux * at - origin_x) / size))
+                y = int(np.floor((base_y - uy * at - origin_y) / size))
+                if x < 0 or y < 0 or x >= nx or y >= ny:
+                    continue
+                if tail_top[x, y] > 0 and origin_z + tail_top[x, y] * size > tail[1]:
+                    blocked[i, j] = True
+    return blocked
+
 
 HOOK_FORBIDDEN = np.int32(2**30)
 """Entry of a hook floor where the hook may not be."""
@@ -178,3 +324,110 @@ def _hook_floor(
             if low_squared <= squared <= high_squared and lowest <= highest:
                 floor[i, j] = lowest
     return floor
+
+
+class _BuiltHeights(NamedTuple):
+    """Height map of the finished building.
+
+    Attributes:
+        origin_m: Lowest corner on plan.
+        size_m: Edge of a column, and height of a step.
+        top: (X, Y) int32 height of each column, in steps above z = 0.
+    """
+
+    origin_m: tuple[float, float]
+    size_m: float
+    top: NDArray[np.int32]
+
+
+def built_heights(boxes_m: ArrayLike, size_m: float = 0.5) -> _BuiltHeights:
+    """Return the height map of boxes ((N, 2, 3) lowest and highest corners)."""
+    boxes = np.asarray(boxes_m, np.float64).reshape(-1, 2, 3)
+    low = np.floor(boxes[:, 0, :2].min(axis=0) / size_m).astype(int)
+    first = np.floor(boxes[:, 0, :2] / size_m + 1e-6).astype(int) - low
+    last = np.maximum(np.ceil(boxes[:, 1, :2] / size_m - 1e-6).astype(int) - low, first + 1)
+    heights = np.maximum(np.ceil(boxes[:, 1, 2] / size_m - 1e-6), 0).astype(np.int32)
+    top = np.zeros(last.max(axis=0), np.int32)
+    for (i, j), (k, n), height in zip(first.tolist(), last.tolist(), heights.tolist(), strict=True):
+        np.maximum(top[i:k, j:n], height, out=top[i:k, j:n])
+    return _BuiltHeights((float(low[0] * size_m), float(low[1] * size_m)), size_m, top)
+
+
+def pivoted(crane: TowerCrane, jib: LuffingJib, height_under_hook_m: float) -> TowerCrane:
+    """Return a luffing tower crane on a mast so high that jib and counterweight slew above everything.
+
+    A mobile crane is returned unchanged.
+    """
+    if crane.kind == "mobile":
+        return crane
+    below_m = jib.pivot_height_m - jib.tail_low_m
+    low_m = float(np.ceil(2.0 * height_under_hook_m) / 2.0)
+    return with_luffing_jib(crane, replace(jib, pivot_height_m=low_m + below_m, tail_low_m=low_m))
+
+
+def highest_hooks_m(jib: LuffingJib, radii_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the highest hook at radii, metres; -inf beyond the jib's reach."""
+    high = tip_height_m(jib, radii_m) - LUFFING_HOOK_ROOM_M
+    low_m, far_m = jib.radii_m
+    return np.where((radii_m >= low_m) & (radii_m <= far_m), high, -np.inf)
+
+
+def points_blocked(crane: TowerCrane, jib: LuffingJib, points_m: NDArray[np.float64], built: _BuiltHeights) -> int:
+    """Return at how many of (N, 2) points the finished building blocks the jib."""
+    size = built.size_m
+    blocked = jib_blocked(
+        jib,
+        crane.base_m,
+        (*built.origin_m, 0.0),
+        size,
+        built.top,
+        crane.mast_size_m / 2.0,
+        (max(0.0, crane.min_radius_m), crane.jib_length_m),
+    )
+    cells = np.floor((points_m - np.array(built.origin_m)) / size).astype(int)
+    inside = ((cells >= 0) & (cells < blocked.shape)).all(axis=1)
+    return int(blocked[tuple(cells[inside].T)].sum())
+
+
+MAST_CLEARANCE_M = 1.5
+"""Free width between the mast and the building or the yard."""
+HOOK_BLOCK_M = 2.0
+"""Room between the highest hook and the rope exit: hook block and limit switch."""
+MARGIN_M = 0.5
+"""Distance by which points lie inside the radius limits."""
+
+
+def radii_for_m(crane: TowerCrane, masses_kg: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (N, 2) the smallest and the largest radius at which a crane carries each mass."""
+    different, which = np.unique(masses_kg, return_inverse=True)
+    return np.array([allowed_radii_m(crane, float(mass)) for mass in different]).reshape(-1, 2)[which.ravel()]
+
+
+def distances_m(bases_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (B, N) distances on plan."""
+    return np.hypot(points_m[:, 0] - bases_m[:, 0, None], points_m[:, 1] - bases_m[:, 1, None])
+
+
+def standing(machine: TowerCrane, height_under_hook_m: float) -> TowerCrane:
+    """Return a machine on a mast so high that its hook reaches a height."""
+    if machine.luffing is not None:
+        return pivoted(machine, machine.luffing, height_under_hook_m)
+    return replace(machine, jib_height_m=float(height_under_hook_m + HOOK_BLOCK_M))
+
+
+def distance_to_polygon_m(points_m: NDArray[np.float64], polygon_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (N,) distances of (N, 2) points to a simple polygon (K, 2), 0 inside."""
+    start, end = polygon_m, np.roll(polygon_m, -1, axis=0)
+    edge = end - start
+    relative = points_m[:, None, :] - start[None]
+    length_squared = np.maximum((edge**2).sum(axis=1), 1e-300)
+    along = np.clip((relative * edge).sum(axis=2) / length_squared, 0.0, 1.0)
+    nearest = np.sqrt(((relative - along[:, :, None] * edge) ** 2).sum(axis=2)).min(axis=1)
+    # Even-odd rule: the ray in +x crosses an edge if the edge's ends lie on both sides of the point's y.
+    y = points_m[:, 1, None]
+    crosses = (start[:, 1] > y) != (end[:, 1] > y)
+    rise = np.where(edge[:, 1] == 0.0, 1.0, edge[:, 1])
+    at_x = start[:, 0] + (y - start[:, 1]) / rise * edge[:, 0]
+    inside = (crosses & (points_m[:, 0, None] < at_x)).sum(axis=1) % 2 == 1
+    distance: NDArray[np.float64] = np.where(inside, 0.0, nearest)
+    return distance

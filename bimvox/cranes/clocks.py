@@ -35,7 +35,7 @@ class Way(NamedTuple):
     released_ns: int
 
 
-class Known(NamedTuple):
+class _Known(NamedTuple):
     """What is on the clocks at one moment of scheduling."""
 
     cranes: list[CraneClock]
@@ -118,11 +118,11 @@ class Clocks:
         self._passed_ns = max([leg.end_ns for one in self.cranes for leg in one.legs.get(one.begun, ())], default=0)
 
     @property
-    def known(self) -> Known:
+    def known(self) -> _Known:
         """What is on the clocks now."""
-        return Known(self.cranes, dict(self._raised_ns), dict(self._set_ns), dict(self._released_ns))
+        return _Known(self.cranes, dict(self._raised_ns), dict(self._set_ns), dict(self._released_ns))
 
-    def back_to(self, known: Known) -> None:
+    def back_to(self, known: _Known) -> None:
         """Forget what was put on the clocks since then."""
         self.cranes = known.cranes
         self._raised_ns, self._set_ns, self._released_ns = (dict(times) for times in known[1:])

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from bimvox.crane.conflict import CraneTrack
 from bimvox.errors import MotionError
 from bimvox.records.lift import Lift
-from bimvox.records.motion import LiftMotion
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.units import NS_PER_S
 
 REST_NS = NS_PER_S

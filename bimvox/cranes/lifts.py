@@ -8,19 +8,16 @@ its crane's lift before ends.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
-from functools import partial
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 
-from bimvox.crane.conflict import CraneTrack
-from bimvox.crane.meeting import COLUMNS, SLEW_HIGH, SLEW_LOW
-from bimvox.cranes.known_lifts import KnownLifts
-from bimvox.cranes.legs import LastLift, LegMaker
-from bimvox.cranes.legs_from import CraneStart, legs_from_there
+from bimvox.crane.conflict import COLUMNS, SLEW_HIGH, SLEW_LOW, CraneTrack
+from bimvox.cranes.clock import insist_on_room
+from bimvox.cranes.legs import CraneStart, LastLift, LegMaker, legs_from_there
 from bimvox.cranes.lift import Carried, CraneLift, Leg, Legs, Parking
-from bimvox.cranes.obstructed import insist_on_room
 from bimvox.cranes.track import carrying_track
 from bimvox.errors import MotionError
 from bimvox.motion.time_plan import each_by_itself
@@ -31,7 +28,8 @@ from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.site import Site
-from bimvox.workers import ALONE, Workers, in_chunks
+from bimvox.walk import Store, Walk
+from bimvox.workers import ALONE, Workers
 
 NOWHERE: Mapping[int, CraneStart] = {}
 """Where cranes continue from in a plan that is not being carried out."""
@@ -40,7 +38,7 @@ NOWHERE: Mapping[int, CraneStart] = {}
 def crane_lifts(
     plan: LiftPlan,
     preparation: Preparation,
-    known: KnownLifts | None = None,
+    store: Store | None = None,
     starts: Mapping[int, CraneStart] = NOWHERE,
     workers: Workers = ALONE,
 ) -> tuple[CraneLift, ...]:
@@ -49,8 +47,8 @@ def crane_lifts(
     Args:
         plan: The plan, of a site with several cranes.
         preparation: What was prepared for the site.
-        known: What is known from earlier plans of the same site, which may differ in who lifts a part; what is made is
-            added. None if the plan is being carried out.
+        store: What is known from earlier plans of the same site, which may differ in who lifts a part, is not made
+            again.
         starts: Where every crane continues from, by its number, if the plan is being carried out. Of lifts that have
             begun, only the tracks are made.
         workers: Share the work.
@@ -60,18 +58,18 @@ def crane_lifts(
         MotionError: If a path is not free or cannot be driven, or the empty hook has no free path to a part.
         NoFreeTimeError: If a crane obstructs lifts of another one wherever it waits; names all of them.
     """
+    store = Store() if store is None else store
     begun = {order: motion for start in starts.values() for order, motion in start.motions.items()}
-    known = KnownLifts() if known is None else known
-    made = {motion.order: motion for motion in each_by_itself(plan, preparation, known, workers, begun)} | begun
+    made = {motion.order: motion for motion in each_by_itself(plan, preparation, store, workers, begun)} | begun
     planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
     carries = [made[lift.order] for lift in planned]
     carried = [
-        known.carried(lift, carry, partial(_carried, plan.site, lift, carry))
+        store.once(store.key("carried", lift, carry), partial(_carried, plan.site, lift, carry))
         for lift, carry in zip(planned, carries, strict=True)
     ]
     insist_on_room(plan.site, [one for one in carried if one.lift.order not in begun])
     making = _LegMaking(plan, preparation, starts)
-    legs = making.shared(carried, workers, known)
+    legs = making.all(carried, store, workers)
     return tuple(_one_after_another(carries, carried, legs, begun, partial(making.every_parking, carried)))
 
 
@@ -81,64 +79,151 @@ def _carried(site: Site, lift: Lift, carry: LiftMotion) -> Carried:
     return Carried(lift, number, track, float(carry.raising.slew_rad[0]), float(carry.loaded.slew_rad[-1]))
 
 
-class _LegMaking:
-    """Makes the legs to lifts of a plan; goes through it once if it is asked for lifts in ascending order.
+class _Stand:
+    """The site before a lift, and the collision rules of the last lifts of all cranes."""
 
-    Args:
+    def __init__(self, assembly: Assembly) -> None:
+        self.assembly = assembly
+        self.spaces: dict[int, CollisionSpace] = {}
+        self.since: tuple[Lift, CollisionSpace] | None = None
+        self.here: CollisionSpace | None = None
+
+
+class _Sought(NamedTuple):
+    """A lift whose legs are sought.
+
+    Attributes:
+        order: Its order.
+        seen: This lift, and the others that its legs depend on, in order.
+        every_place: Whether all parking places are wanted.
+    """
+
+    order: int
+    seen: tuple[Carried, ...]
+    every_place: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class _LegMaking(Walk[_Stand, _Sought, "Legs | MotionError"]):
+    """Makes the legs to lifts of a plan; an error for those that the hook cannot get to.
+
+    Attributes:
         plan: The plan.
         preparation: What was prepared for its site.
         starts: As for ``crane_lifts``.
     """
 
-    def __init__(self, plan: LiftPlan, preparation: Preparation, starts: Mapping[int, CraneStart]) -> None:
-        self._plan, self._preparation, self._starts = plan, preparation, starts
-        self._begun = frozenset(order for start in starts.values() for order in start.motions)
-        planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
-        self._last = {plan.site.components[lift.component].crane: lift.order for lift in planned}
-        self._begin()
+    plan: LiftPlan
+    preparation: Preparation
+    starts: Mapping[int, CraneStart]
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Return how another process begins it anew."""
-        return _LegMaking, (self._plan, self._preparation, self._starts)
+    @property
+    def roots(self) -> tuple[object, ...]:
+        """The site and what was prepared for it."""
+        return self.plan.site, self.preparation
 
-    def shared(self, carried: Sequence[Carried], workers: Workers, known: KnownLifts) -> dict[int, Legs]:
-        """Return the legs by order of their lifts; those that are not known are made, shared between processes.
+    @property
+    def grounds(self) -> tuple[object, ...]:
+        """All but the cranes of other parts, which may change."""
+        return *self.plan.site.all_but_parts, self.preparation.contacts, self.preparation.places
+
+    @cached_property
+    def passed(self) -> Sequence[tuple[int, bool]]:
+        """By order, the component, and whether it is set."""
+        return [(lift.component, lift.is_set) for lift in self.plan.lifts]
+
+    @cached_property
+    def begun(self) -> frozenset[int]:
+        """Orders of the lifts that have begun."""
+        return frozenset(order for start in self.starts.values() for order in start.motions)
+
+    @cached_property
+    def _last(self) -> Mapping[int, int]:
+        """By crane, the order of its last lift."""
+        return {self._crane(lift): lift.order for lift in self.plan.lifts if lift.status is Status.PLANNED}
+
+    @cached_property
+    def _lying(self) -> tuple[object, ...]:
+        """How all parts lie or are set."""
+        return tuple((one.component, one.status, one.by_other_means, one.place) for one in self.plan.lifts)
+
+    def _crane(self, lift: Lift) -> int:
+        return self.plan.site.components[lift.component].crane
+
+    def all(self, carried: Sequence[Carried], store: Store, workers: Workers) -> dict[int, Legs]:
+        """Return the legs by order of their lifts.
 
         Raises:
             MotionError: If the hook cannot get to a part; names the first such lift.
         """
-        orders, seen = [one.lift.order for one in carried], list(self._seen(carried))
-        wanted = [n for n, one in enumerate(carried) if orders[n] not in self._begun or self._leaves(one)]
-        by_order = {orders[n]: known.legs(orders[n], [carried[m] for m in seen[n]]) for n in wanted}
-        missing = [n for n in wanted if by_order[orders[n]] is None]
-        tasks = [
-            (self, [orders[n] for n in chunk], [carried[m] for m in sorted({m for n in chunk for m in seen[n]})])
-            for chunk in in_chunks(missing, workers.count)
+        sought = [
+            _Sought(one.lift.order, tuple(carried[m] for m in seen))
+            for one, seen in zip(carried, self._seen(carried), strict=True)
+            if one.lift.order not in self.begun or self._leaves(one)
         ]
-        with workers.knowing(self):
-            found = [legs for part in workers.run(_LegMaking.made, tasks) for legs in part]
-        for n, legs in zip(missing, found, strict=True):
+        by_order = dict[int, Legs]()
+        for one, legs in zip(sought, self.found(sought, store, workers), strict=True):
             if isinstance(legs, MotionError):
                 raise legs
-            known.add_legs(orders[n], [carried[m] for m in seen[n]], legs)
-            by_order[orders[n]] = legs
-        return {order: legs for order, legs in by_order.items() if legs is not None}
+            by_order[one.order] = legs
+        return by_order
 
     def every_parking(self, carried: Sequence[Carried], order: int) -> tuple[Parking, ...]:
         """Return all parking places on the way to a lift, with legs between them."""
         seen = next(seen for one, seen in zip(carried, self._seen(carried), strict=True) if one.lift.order == order)
-        legs = self._made(order, [carried[n] for n in seen], every_place=True)
+        (legs,) = self.steps([_Sought(order, tuple(carried[n] for n in seen), every_place=True)])
         assert isinstance(legs, Legs)
         return legs.parkings
 
-    def made(self, orders: Sequence[int], seen: Sequence[Carried]) -> list[Legs | MotionError]:
-        """Return the legs to lifts, given in ascending order; errors for those that the hook cannot get to.
+    def begin(self) -> _Stand:
+        """Return the site before the first lift."""
+        return _Stand(Assembly(self.plan.site, self.preparation))
 
-        Args:
-            orders: Orders of the lifts.
-            seen: These lifts, and the others that their legs depend on, in order.
-        """
-        return [self._made(order, seen) for order in orders]
+    def go_past(self, state: _Stand, turn: int, until: int) -> None:
+        """Set the part of a lift, or leave it in the yard; its rule is kept if its crane goes on from there."""
+        lift = self.plan.lifts[turn]
+        state.assembly.skip(lift.component)
+        between = self.plan.lifts[turn + 1 : until]
+        is_last = not any(one.status is Status.PLANNED and self._crane(one) == self._crane(lift) for one in between)
+        if turn == max(self.begun, default=-1) or (lift.status is Status.PLANNED and is_last):
+            space = self._space_of(state.assembly, lift) if state.here is None else state.here
+            state.spaces[self._crane(lift)] = space
+            if turn in self.begun:
+                state.since = lift, space
+        state.here = None
+        state.assembly.finish(lift.component, placed=lift.is_set)
+
+    def turn_of(self, task: _Sought) -> int:
+        """Return the order of the lift."""
+        return task.order
+
+    def read(self, task: _Sought) -> tuple[object, ...]:
+        """Return the lifts that its legs depend on, how all parts lie, and from where cranes continue."""
+        starts = tuple(start for _, start in sorted(self.starts.items()))
+        leaves = [self._leaves(one) for one in task.seen if one.lift.order == task.order]
+        return task, self._lying, starts, leaves
+
+    def step(self, state: _Stand, task: _Sought) -> Legs | MotionError:
+        """Return the legs to a lift."""
+        order, seen, every_place = task
+        own = next(one for one in seen if one.lift.order == order)
+        earlier = [one for one in seen if one.lift.order < order]
+        last = {one.crane: one for one in earlier}
+        state.assembly.skip(own.lift.component)
+        state.here = space = self._space_of(state.assembly, own.lift)
+        was = last.pop(own.crane, None)
+        between = [one for one in earlier if was is None or one.lift.order > was.lift.order]
+        near = [last[number] for number in sorted(last)]
+        maker = self._maker(own, between, near, every_place=every_place)
+        try:
+            legs = self._legs(state, own, was, maker)
+        except MotionError as error:
+            return error
+        if self._leaves(own):
+            after = [one for one in seen if one.lift.order > order]
+            leaving = self._maker(own, after, []).left(LastLift(own.lift, space, own.left_rad))
+            return replace(legs, leaves=leaving)
+        return legs
 
     def _seen(self, carried: Sequence[Carried]) -> Iterator[list[int]]:
         """Yield the numbers of the lifts that the legs to each lift depend on, its own included."""
@@ -150,82 +235,31 @@ class _LegMaking:
 
     def _leaves(self, one: Carried) -> bool:
         """Return whether a lift is its crane's last one, and its hook is where it leaves its part."""
-        start = self._starts.get(one.crane)
-        is_there = one.lift.order not in self._begun or start is None or start.axes is None
+        start = self.starts.get(one.crane)
+        is_there = one.lift.order not in self.begun or start is None or start.axes is None
         return is_there and self._last[one.crane] == one.lift.order
 
-    def _begin(self) -> None:
-        self._assembly, self._next = Assembly(self._plan.site, self._preparation), 0
-        self._spaces: dict[int, tuple[int, CollisionSpace]] = {}
-        self._since: tuple[Lift, CollisionSpace] | None = None
-
-    def _made(self, order: int, seen: Sequence[Carried], *, every_place: bool = False) -> Legs | MotionError:
-        own = next(one for one in seen if one.lift.order == order)
-        earlier = [one for one in seen if one.lift.order < order]
-        last = {one.crane: one for one in earlier}
-        self._go_to(order, [one.lift for one in last.values()])
-        self._assembly.skip(own.lift.component)
-        space = self._space_of(own.lift)
-        was = last.pop(own.crane, None)
-        between = [one for one in earlier if was is None or one.lift.order > was.lift.order]
-        near = [last[number] for number in sorted(last)]
-        maker = self._maker(own, between, near, every_place=every_place)
-        try:
-            legs = self._legs(own, was, space, maker)
-        except MotionError as error:
-            return error
-        finally:
-            self._finish(own.lift, space)
-        if self._leaves(own):
-            after = [one for one in seen if one.lift.order > order]
-            leaving = self._maker(own, after, []).left(LastLift(own.lift, space, own.left_rad))
-            return replace(legs, leaves=leaving)
-        return legs
-
-    def _legs(
-        self,
-        own: Carried,
-        was: Carried | None,
-        space: CollisionSpace,
-        maker: LegMaker,
-    ) -> Legs:
-        if own.lift.order in self._begun:
+    def _legs(self, state: _Stand, own: Carried, was: Carried | None, maker: LegMaker) -> Legs:
+        assert state.here is not None
+        if own.lift.order in self.begun:
             return Legs(None, None, (), own.hooked_rad)
-        start = self._starts.get(own.crane)
-        is_first = was is None or was.lift.order in self._begun
+        start = self.starts.get(own.crane)
+        is_first = was is None or was.lift.order in self.begun
         if start is not None and start.axes is not None and is_first:
-            return legs_from_there(maker, space, start.axes, self._since)
-        before = None if was is None else LastLift(was.lift, self._spaces[own.crane][1], was.left_rad)
-        return maker.made(space, before)
+            return legs_from_there(maker, state.here, start.axes, state.since)
+        before = None if was is None else LastLift(was.lift, state.spaces[own.crane], was.left_rad)
+        return maker.made(state.here, before)
 
     def _maker(
         self, own: Carried, between: Sequence[Carried], near: Sequence[Carried], *, every_place: bool = False
     ) -> LegMaker:
         assert own.lift.place is not None
-        return LegMaker(self._plan, own.crane, own.lift, own.lift.place, between, near, every_place=every_place)
+        return LegMaker(self.plan, own.crane, own.lift, own.lift.place, between, near, every_place=every_place)
 
-    def _space_of(self, lift: Lift) -> CollisionSpace:
-        if lift.order in self._begun:  # its last moves are not cleared: it has left them, or it is on them
-            return self._assembly.space(lift.component, lift.kept)
-        return self._assembly.space_of(lift)
-
-    def _go_to(self, order: int, last: Sequence[Lift]) -> None:
-        """Come to a lift, with the rules of the last lifts of all cranes before it."""
-        known = {n for n, _ in self._spaces.values()}
-        if order < self._next or any(lift.order < self._next and lift.order not in known for lift in last):
-            self._begin()
-        wanted = {lift.order for lift in last} | {max(self._begun, default=-1)}
-        for lift in self._plan.lifts[self._next : order]:
-            self._assembly.skip(lift.component)
-            self._finish(lift, self._space_of(lift) if lift.order in wanted else None)
-
-    def _finish(self, lift: Lift, space: CollisionSpace | None) -> None:
-        if space is not None:
-            self._spaces[self._plan.site.components[lift.component].crane] = lift.order, space
-            if lift.order in self._begun:
-                self._since = lift, space
-        self._assembly.finish(lift.component, placed=lift.is_set)
-        self._next = lift.order + 1
+    def _space_of(self, assembly: Assembly, lift: Lift) -> CollisionSpace:
+        if lift.order in self.begun:  # its last moves are not cleared: it has left them, or it is on them
+            return assembly.space(lift.component, lift.kept)
+        return assembly.space_of(lift)
 
 
 def _one_after_another(

@@ -25,14 +25,14 @@ from itertools import product
 
 from bimvox.cranes.clock import Begun, CraneClock, ResumedLoad, motions_of
 from bimvox.cranes.clocks import Clocks, Turn, Way
-from bimvox.cranes.known_lifts import KnownLifts
 from bimvox.cranes.lift import CraneLift, NoFreeTimeError
 from bimvox.cranes.lifts import crane_lifts
-from bimvox.cranes.parking import KEPT_PARKINGS
+from bimvox.cranes.track import KEPT_PARKINGS
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.preparation import Preparation
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
+from bimvox.walk import Store
 from bimvox.workers import ALONE, Workers
 
 _NEVER_NS = 2**62
@@ -41,7 +41,7 @@ _AHEAD = 3
 
 
 def time_lifts(
-    plan: LiftPlan, preparation: Preparation, known: KnownLifts | None = None, workers: Workers = ALONE
+    plan: LiftPlan, preparation: Preparation, store: Store | None = None, workers: Workers = ALONE
 ) -> tuple[LiftMotion, ...]:
     """Return the motion of every planned lift, in order, of a site with one crane or several; as ``time_plan``.
 
@@ -50,8 +50,8 @@ def time_lifts(
         MotionError: If a path is not free or cannot be driven, or a crane always obstructs a lift; names the lift.
     """
     if not plan.site.has_several_cranes:
-        return time_plan(plan, preparation, known, workers)
-    return _Schedule(plan, crane_lifts(plan, preparation, known, workers=workers)).run()
+        return time_plan(plan, preparation, store, workers)
+    return _Schedule(plan, crane_lifts(plan, preparation, store, workers=workers)).run()
 
 
 def time_rest(

@@ -1,9 +1,11 @@
-"""The six unit moves: the one definition of what an action does."""
+"""What callers of environments give: the six unit moves (the one definition of them), names and options."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import IntEnum
 from operator import index
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -63,3 +65,30 @@ def checked_actions(actions: ArrayLike, count: int) -> NDArray[np.int64]:
     if not fits or (count > 0 and (chosen.min() < 0 or chosen.max() >= ACTION_COUNT)):
         raise ActionError(f"actions: {count} integers from 0 to {ACTION_COUNT - 1} are needed", actions=actions)
     return chosen.astype(np.int64, copy=False)
+
+
+T = TypeVar("T")
+
+
+def named(what: str, name: str, table: Mapping[str, T]) -> T:
+    """Return the entry of a table.
+
+    Raises:
+        ValueError: It has no such entry; the message begins with ``what``.
+    """
+    if name not in table:
+        raise ValueError(f"{what}: {name!r} is unknown; there are {', '.join(table)}")
+    return table[name]
+
+
+def known_options(options: Mapping[str, Any] | None, *names: str) -> Mapping[str, Any]:
+    """Return the options of ``reset``, none if there are none.
+
+    Raises:
+        ValueError: An option has another name.
+    """
+    chosen = options or {}
+    unknown = [name for name in chosen if name not in names]
+    if unknown:
+        raise ValueError(f"options: {', '.join(map(repr, unknown))} unknown; there are {', '.join(names) or 'none'}")
+    return chosen

@@ -14,22 +14,38 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.env.actions import ACTION_COUNT, checked_actions
-from bimvox.env.dynamics import LiftState, StepLimit, has_arrived, initial_state, steps_allowed, transition
+from bimvox.env.actions import ACTION_COUNT, checked_actions, named
+from bimvox.env.dynamics import (
+    REWARDS,
+    LiftState,
+    RewardWeights,
+    StepLimit,
+    has_arrived,
+    initial_state,
+    reward,
+    steps_allowed,
+    transition,
+)
 from bimvox.env.guard import CALM, guarded_action
-from bimvox.env.names import named
 from bimvox.env.observation import TRAIL_STEPS, VIEW_SIZE, look
-from bimvox.env.pool import ProblemPool, pool_of, pooled_clearance, pooled_distance
+from bimvox.env.pool import (
+    TRAINING_MIX,
+    ProblemPool,
+    StartMix,
+    draw_start,
+    pool_of,
+    pooled_clearance,
+    pooled_distance,
+    random_unit,
+)
 from bimvox.env.problem import LiftProblem, is_learnable
-from bimvox.env.reward import REWARDS, RewardWeights, reward
-from bimvox.env.starts import TRAINING_MIX, StartMix, draw_start, random_unit
 from bimvox.site.collision import CollisionSpace
 
 MEMORY = TRAIL_STEPS[-1] + 1
 """Reference cells that a lift of a batch remembers: as many as its observation needs."""
 
 
-class BatchState(NamedTuple):
+class _Lifts(NamedTuple):
     """Where N lifts are, as arrays that the kernels overwrite.
 
     Attributes:
@@ -51,7 +67,7 @@ class BatchState(NamedTuple):
     generator: NDArray[np.uint64]
 
 
-class EpisodeRules(NamedTuple):
+class _Rules(NamedTuple):
     """How episodes begin and end and how actions are rewarded, as a tuple for kernels.
 
     Attributes:
@@ -69,7 +85,7 @@ class EpisodeRules(NamedTuple):
     teacher_discount: float
 
 
-class BatchStep(NamedTuple):
+class _BatchStep(NamedTuple):
     """The results of one step of N lifts. The arrays are the environment's own and hold until the step after the next.
 
     Attributes:
@@ -135,10 +151,10 @@ class BatchedLiftEnv:
         self.ended_problem = np.zeros(lifts, np.int64)
         self.pool = pool_of(problems, with_distances=True)
         chances = np.full(len(problems), 1.0 / len(problems)).cumsum()
-        self._rules = EpisodeRules(chances, mix, limit, named("reward", reward_name, REWARDS), teacher_discount)
+        self._rules = _Rules(chances, mix, limit, named("reward", reward_name, REWARDS), teacher_discount)
         self._threads = threads
         self._executor = ThreadPoolExecutor(threads) if threads > 1 else None
-        self.state = BatchState(
+        self.state = _Lifts(
             np.zeros(lifts, np.int64),
             np.zeros((lifts, 3), np.int64),
             np.zeros(lifts, np.int64),
@@ -148,7 +164,7 @@ class BatchedLiftEnv:
             np.zeros(lifts, np.uint64),
         )
         self._turns = [
-            BatchStep(
+            _BatchStep(
                 np.zeros((lifts, VIEW_SIZE), np.float32),
                 np.zeros(lifts, np.float32),
                 np.zeros(lifts, np.bool_),
@@ -189,10 +205,10 @@ class BatchedLiftEnv:
         x, y, z = (int(c) for c in np.asarray(cell_vox))
         distance = pooled_distance(self.pool, problem, x, y, z)
         self.state.problem[lift] = problem
-        store_state(self.state, lift, initial_state(x, y, z))
+        _store_state(self.state, lift, initial_state(x, y, z))
         self.state.limit[lift] = steps_allowed(self._rules.limit, distance)
 
-    def step(self, actions: ArrayLike) -> BatchStep:
+    def step(self, actions: ArrayLike) -> _BatchStep:
         """Take one action per lift, (N,) integers from 0 to 5.
 
         Raises:
@@ -233,13 +249,13 @@ class BatchedLiftEnv:
 
 
 @leaf_kernel
-def state_of(batch: BatchState, n: int) -> LiftState:
+def _state_of(batch: _Lifts, n: int) -> LiftState:
     """Return the state of one lift of a batch."""
     return LiftState(batch.cell[n, 0], batch.cell[n, 1], batch.cell[n, 2], batch.last_action[n], batch.steps[n])
 
 
 @leaf_kernel
-def store_state(batch: BatchState, n: int, state: LiftState) -> None:
+def _store_state(batch: _Lifts, n: int, state: LiftState) -> None:
     """Overwrite the state of one lift of a batch."""
     batch.cell[n, 0], batch.cell[n, 1], batch.cell[n, 2] = state.x, state.y, state.z
     batch.last_action[n] = state.last_action
@@ -249,26 +265,31 @@ def store_state(batch: BatchState, n: int, state: LiftState) -> None:
 
 
 @leaf_kernel
-def _look_around(pool: ProblemPool, space: CollisionSpace, batch: BatchState, n: int, out: NDArray[np.float32]) -> None:
+def _look_around(pool: ProblemPool, space: CollisionSpace, batch: _Lifts, n: int, out: NDArray[np.float32]) -> None:
     """Write the view of one lift of a batch."""
-    look(space, pool.target[batch.problem[n]], state_of(batch, n), batch.cells[n], out)
+    look(space, pool.target[batch.problem[n]], _state_of(batch, n), batch.cells[n], out)
 
 
 @leaf_kernel
-def _begin(pool: ProblemPool, rules: EpisodeRules, batch: BatchState, n: int) -> None:
+def _begin(pool: ProblemPool, rules: _Rules, batch: _Lifts, n: int) -> None:
     """Begin a new episode of lift ``n``."""
     generator = batch.generator[n : n + 1]
     draw = random_unit(generator)
     p = min(rules.chances.size - 1, int(np.searchsorted(rules.chances, draw, side="right")))
     x, y, z = draw_start(pool, p, rules.mix, generator)
     batch.problem[n] = p
-    store_state(batch, n, initial_state(x, y, z))
+    _store_state(batch, n, initial_state(x, y, z))
     batch.limit[n] = steps_allowed(rules.limit, pooled_distance(pool, p, x, y, z))
 
 
 @kernel
 def _begin_all(
-    pool: ProblemPool, rules: EpisodeRules, batch: BatchState, first: int, last: int, observations: NDArray[np.float32]
+    pool: ProblemPool,
+    rules: _Rules,
+    batch: _Lifts,
+    first: int,
+    last: int,
+    observations: NDArray[np.float32],
 ) -> None:
     """Begin a new episode of every lift of a range."""
     for n in range(first, last):
@@ -279,18 +300,18 @@ def _begin_all(
 @kernel
 def _step_all(
     pool: ProblemPool,
-    rules: EpisodeRules,
-    batch: BatchState,
+    rules: _Rules,
+    batch: _Lifts,
     actions: NDArray[np.int64],
     first: int,
     last: int,
-    out: BatchStep,
+    out: _BatchStep,
 ) -> None:
     """Step every lift of a range; begin a new episode if one has ended."""
     for n in range(first, last):
         p = batch.problem[n]
         space = pooled_clearance(pool, p)
-        state = state_of(batch, n)
+        state = _state_of(batch, n)
         if out.teacher.shape[0] > 0:
             _ask_teacher(pool, p, space, rules, state, out.teacher[n])
         following, bumped = transition(space, state, actions[n])
@@ -304,7 +325,7 @@ def _step_all(
             out.terminated[n],
             state.steps >= batch.limit[n],
         )
-        store_state(batch, n, following)
+        _store_state(batch, n, following)
         if out.terminated[n] or out.truncated[n]:
             _look_around(pool, space, batch, n, out.final_observations[n])
             _begin(pool, rules, batch, n)
@@ -317,7 +338,7 @@ def _ask_teacher(
     pool: ProblemPool,
     p: int,
     space: CollisionSpace,
-    rules: EpisodeRules,
+    rules: _Rules,
     state: LiftState,
     out: NDArray[np.float32],
 ) -> None:
@@ -342,7 +363,12 @@ def _ask_teacher(
 
 @kernel
 def _guard_all(
-    pool: ProblemPool, batch: BatchState, values: NDArray[np.float32], first: int, last: int, actions: NDArray[np.int64]
+    pool: ProblemPool,
+    batch: _Lifts,
+    values: NDArray[np.float32],
+    first: int,
+    last: int,
+    actions: NDArray[np.int64],
 ) -> None:
     """Choose the guard's move for every lift of a range."""
     for n in range(first, last):

@@ -23,10 +23,10 @@ from bimvox.env.actions import ACTION_COUNT, MOVES
 from bimvox.env.dynamics import NO_ACTION
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
-VISIT_COST = 10.0
+_VISIT_COST = 10.0
 """Against a move, per earlier visit of the cell that it leads to; values of actions differ by less than one."""
 
-Counts = tuple[int, int, int, int, int, int]
+_Counts = tuple[int, int, int, int, int, int]
 
 
 class Guard(NamedTuple):
@@ -37,7 +37,7 @@ class Guard(NamedTuple):
         slack: ... plus ``slack`` moves.
         reach_vox: Of a lost lift, visits up to this many cells from the end of a move, along every axis, count ...
         cost: ... against the move, each with this cost.
-        visit_cost: Of a lost lift, cost of a visit of the cell itself, instead of ``VISIT_COST``.
+        visit_cost: Of a lost lift, cost of a visit of the cell itself, instead of ``_VISIT_COST``.
         left: Bonus of a move to the left of the direction to the target, seen from above; negative: to the right.
         up: Bonus of a move up; negative: down.
     """
@@ -46,7 +46,7 @@ class Guard(NamedTuple):
     slack: int
     reach_vox: int
     cost: float
-    visit_cost: float = VISIT_COST
+    visit_cost: float = _VISIT_COST
     left: float = 0.0
     up: float = 0.0
 
@@ -93,7 +93,7 @@ def guarded_action(
     away = max(1.0, np.sqrt(float(dx * dx + dy * dy)))
     visits = visits_around(cells, steps, at[0], at[1], at[2])
     near = _visits_near(cells, steps, at[0], at[1], at[2], guard.reach_vox if lost else -2)
-    visit_cost = guard.visit_cost if lost else VISIT_COST
+    visit_cost = guard.visit_cost if lost else _VISIT_COST
     best, best_score = NO_ACTION, 0.0
     for action in range(ACTION_COUNT):
         u, v, w = MOVES[action, 0], MOVES[action, 1], MOVES[action, 2]
@@ -107,13 +107,13 @@ def guarded_action(
 
 
 @leaf_kernel
-def visits_around(cells: NDArray[np.int32], steps: int, x: int, y: int, z: int) -> Counts:
+def visits_around(cells: NDArray[np.int32], steps: int, x: int, y: int, z: int) -> _Counts:
     """Return how often the cell that each action leads to was visited, as far as ``cells`` remembers."""
     return _visits_near(cells, steps, x, y, z, 0)
 
 
 @leaf_kernel
-def _visits_near(cells: NDArray[np.int32], steps: int, x: int, y: int, z: int, reach: int) -> Counts:
+def _visits_near(cells: NDArray[np.int32], steps: int, x: int, y: int, z: int, reach: int) -> _Counts:
     """Return how often cells within reach of each action's end along every axis were visited."""
     north, south, west, east, up, down = 0, 0, 0, 0, 0, 0
     for n in range(min(steps + 1, cells.shape[0]) if reach >= 0 else 0):

@@ -10,18 +10,63 @@ import numpy as np
 from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
-from bimvox.env.actions import ACTION_COUNT, Action, checked_action
+from bimvox.env.actions import ACTION_COUNT, Action, checked_action, known_options, named
 from bimvox.env.batched import MEMORY
-from bimvox.env.default_problem import default_problem
-from bimvox.env.dynamics import NO_ACTION, LiftState, StepLimit, has_arrived, initial_state, steps_allowed, transition
-from bimvox.env.lift_picture import lift_pixels
-from bimvox.env.names import known_options, named
+from bimvox.env.dynamics import (
+    NO_ACTION,
+    REWARDS,
+    LiftState,
+    StepLimit,
+    has_arrived,
+    initial_state,
+    reward,
+    steps_allowed,
+    transition,
+)
 from bimvox.env.observation import VIEW_SIZE, look
-from bimvox.env.pool import pool_of
-from bimvox.env.problem import LiftProblem, is_learnable
-from bimvox.env.reward import REWARDS, reward
-from bimvox.env.starts import YARD_ONLY, StartMix, draw_start
+from bimvox.env.pool import YARD_ONLY, StartMix, draw_start, pool_of
+from bimvox.env.problem import LiftProblem, default_problem, is_learnable
 from bimvox.site.collision import placement_is_free
+from bimvox.site.component import IntVec
+
+FREE, BLOCKED, TARGET, COMPONENT, _EDGE = (
+    (250, 250, 250),
+    (52, 52, 56),
+    (226, 119, 178),
+    (31, 119, 214),
+    (190, 190, 195),
+)
+"""Colours: placements that are free, placements that are not, the target, the component."""
+
+_EDGE = (190, 190, 195)
+
+_LEAST_EDGE_PX = 480
+"""The longer edge of the picture is at least this long."""
+
+_GAP = 1
+
+
+def _lift_pixels(problem: LiftProblem, cell_vox: IntVec) -> NDArray[np.uint8]:
+    """Return (H, W, 3) uint8 pixels of a lift with its reference cell at a cell.
+
+    A square is a placement of the reference cell. The upper view is its layer from above (x to the right, y up), the
+    lower one its row from the front (x to the right, z up).
+    """
+    nx, ny, nz = problem.grid_shape
+    x, y, z = cell_vox
+    above, front = np.empty((ny, nx, 3), np.uint8), np.empty((nz, nx, 3), np.uint8)
+    for i in range(nx):
+        for j in range(ny):
+            above[ny - 1 - j, i] = FREE if placement_is_free(problem.space, i, j, z) else BLOCKED
+        for k in range(nz):
+            front[nz - 1 - k, i] = FREE if placement_is_free(problem.space, i, y, k) else BLOCKED
+    tx, ty, tz = problem.target_vox
+    above[ny - 1 - ty, tx], front[nz - 1 - tz, tx] = TARGET, TARGET
+    above[ny - 1 - y, x], front[nz - 1 - z, x] = COMPONENT, COMPONENT
+    between = np.full((_GAP, nx, 3), _EDGE, np.uint8)
+    picture = np.concatenate([above, between, front])
+    scale = -(-_LEAST_EDGE_PX // max(picture.shape[:2]))
+    return np.ascontiguousarray(picture.repeat(scale, axis=0).repeat(scale, axis=1))
 
 
 class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
@@ -135,7 +180,7 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         return self._observation(), earned, arrived, truncated, self._info(bumped=bumped)
 
     def render(self) -> Any:
-        """Return the picture of the running episode (:func:`bimvox.env.lift_picture.lift_pixels`), or text.
+        """Return the picture of the running episode (:func:`bimvox.env.lift_env.lift_pixels`), or text.
 
         The text is the layer of the reference cell: C the component, T the target's column, # not free.
 
@@ -147,7 +192,7 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         if not self._begun:
             raise ResetNeeded("render: no episode has begun; call reset() first")
         if self.render_mode == "rgb_array":
-            return lift_pixels(self.problem, self._state[:3])
+            return _lift_pixels(self.problem, self._state[:3])
         nx, ny, _ = self.problem.grid_shape
         x, y, z, last_action, steps = self._state
         target = self.problem.target_vox

@@ -29,14 +29,92 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, leaf_kernel
 from bimvox.env.actions import ACTION_COUNT
-from bimvox.env.block import Corner, bounding_box, swept_fill
 from bimvox.env.dynamics import LiftState
 from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT, frame_of, from_frame, to_frame
-from bimvox.env.goal import GOAL_SIZE as WAY_SIZE
-from bimvox.env.goal import LOG_FARTHEST, write_goal
 from bimvox.env.guard import visits_around
 from bimvox.grid.summed_area import box_sum
-from bimvox.site.collision import CollisionSpace, placement_is_free
+from bimvox.site.collision import CollisionSpace, hook_is_free, placement_is_free
+
+Corner = tuple[int, int, int]
+
+_SURELY_BLOCKED = (1, 0)
+"""Result of :func:`swept_fill` if no placement of the block is free."""
+
+
+@leaf_kernel
+def bounding_box(boxes: NDArray[np.int32]) -> tuple[Corner, Corner]:
+    """Return the lowest and the highest corner of a shape's boxes, relative to its reference cell."""
+    x0, y0, z0, x1, y1, z1 = boxes[0, 0], boxes[0, 1], boxes[0, 2], boxes[0, 3], boxes[0, 4], boxes[0, 5]
+    for b in range(1, boxes.shape[0]):
+        x0, y0, z0 = min(x0, boxes[b, 0]), min(y0, boxes[b, 1]), min(z0, boxes[b, 2])
+        x1, y1, z1 = max(x1, boxes[b, 3]), max(y1, boxes[b, 4]), max(z1, boxes[b, 5])
+    return (x0, y0, z0), (x1, y1, z1)
+
+
+@inline_kernel
+def swept_fill(space: CollisionSpace, low: Corner, high: Corner, cell: Corner, reach: Corner) -> tuple[int, int]:
+    """Return how full the box is that the component sweeps over a block of placements.
+
+    Args:
+        space: Decides whether a placement is free.
+        low: Lowest corner of :func:`bounding_box`.
+        high: Highest corner of :func:`bounding_box`.
+        cell: Reference cell in the middle of the block.
+        reach: Cells from the middle to the farthest placements, per axis.
+
+    Returns:
+        Filled cells and volume of the box; outside the site counts as filled. If none is filled, every placement of
+        the block is free. ``_SURELY_BLOCKED`` if no placement is free.
+    """
+    x, y, z = cell
+    u, v, w = reach
+    hook_x, hook_y = x + space.hook_offset[0], y + space.hook_offset[1]
+    on_site = 0 <= hook_x < space.hook_floor.shape[0] and 0 <= hook_y < space.hook_floor.shape[1]
+    # Beyond the border only the share of filled cells counts: a block may lie across it.
+    if on_site and not hook_is_free(space, x, y, max(z, 0)):
+        return _SURELY_BLOCKED
+    table = space.table
+    nx, ny, nz = table.shape[0] - 1, table.shape[1] - 1, table.shape[2] - 1
+    x0, y0, z0 = x + low[0] - u, y + low[1] - v, z + low[2] - w
+    x1, y1, z1 = x + high[0] + u, y + high[1] + v, z + high[2] + w
+    inside_x0, inside_y0, inside_z0 = max(x0, 0), max(y0, 0), max(z0, 0)
+    inside_x1, inside_y1, inside_z1 = min(x1, nx), min(y1, ny), min(z1, nz)
+    if inside_x0 >= inside_x1 or inside_y0 >= inside_y1 or inside_z0 >= inside_z1:
+        return _SURELY_BLOCKED
+    volume = (x1 - x0) * (y1 - y0) * (z1 - z0)
+    inside = (inside_x1 - inside_x0) * (inside_y1 - inside_y0) * (inside_z1 - inside_z0)
+    filled = volume - inside
+    filled += box_sum(table, inside_x0, inside_y0, inside_z0, inside_x1, inside_y1, inside_z1)
+    if filled == 0:
+        return filled, volume
+    # The core is what the component fills wherever in the block it is. Several boxes have none in common.
+    core_x0, core_y0, core_z0 = x0 + 2 * u, y0 + 2 * v, z0 + 2 * w
+    core_x1, core_y1, core_z1 = x1 - 2 * u, y1 - 2 * v, z1 - 2 * w
+    if core_x0 < core_x1 and core_y0 < core_y1 and core_z0 < core_z1:
+        if core_x0 < 0 or core_y0 < 0 or core_z0 < 0 or core_x1 > nx or core_y1 > ny or core_z1 > nz:
+            return _SURELY_BLOCKED
+        if space.boxes.shape[0] == 1 and box_sum(table, core_x0, core_y0, core_z0, core_x1, core_y1, core_z1) != 0:
+            return _SURELY_BLOCKED
+    return filled, volume
+
+
+WAY_SIZE = 12
+"""Per axis: sign, offset clipped at four cells, logarithm of the offset, share of the Manhattan distance."""
+
+_LOG_FARTHEST = float(np.log(1024.0))
+
+
+@leaf_kernel
+def write_goal(dx: int, dy: int, dz: int, out: NDArray[np.float32]) -> None:
+    """Write the offset to the goal, ``WAY_SIZE`` entries: precise nearby, an order of magnitude far away."""
+    total = max(1, abs(dx) + abs(dy) + abs(dz))
+    for axis, d in enumerate((dx, dy, dz)):
+        sign = 1.0 if d > 0 else (-1.0 if d < 0 else 0.0)
+        out[axis] = sign
+        out[3 + axis] = max(-1.0, min(1.0, d / 4.0))
+        out[6 + axis] = sign * min(1.0, np.log(1.0 + abs(d)) / _LOG_FARTHEST)
+        out[9 + axis] = d / total
+
 
 WINDOW = (7, 7, 5)
 """Cells of the window about the component; odd, so that it is in the middle."""
@@ -47,13 +125,13 @@ NEAREST_WINDOW = (9, 9, 5)
 LEVELS = ((2, 2), (4, 4), (8, 8), (16, 12), (32, 16))
 """Cells of the site per cell of the window on each further level, horizontally and vertically."""
 
-TARGET_WINDOW = (5, 5, 5)
-TARGET_LEVELS = ((1, 1), (2, 2), (4, 4), (8, 8))
+_TARGET_WINDOW = (5, 5, 5)
+_TARGET_LEVELS = ((1, 1), (2, 2), (4, 4), (8, 8))
 
 TRAIL_STEPS = (8, 32, 128)
 """Numbers of steps over which the observation gives the displacement."""
 
-MOST_VISITS = 4
+_MOST_VISITS = 4
 """More visits of a neighbouring cell count as this many."""
 
 PARTLY = 0.2
@@ -63,16 +141,16 @@ WIDEST_WINDOW_VOX = WINDOW[0] * LEVELS[-1][0]
 """Span of the widest level, cells: 224."""
 
 GOAL_SIZE = WAY_SIZE + 1
-BODY_SIZE = 6
+_BODY_SIZE = 6
 TRAIL_SIZE = 3 * len(TRAIL_STEPS)
 
 NEAREST_SIZE = NEAREST_WINDOW[0] * NEAREST_WINDOW[1] * (NEAREST_WINDOW[2] + 1)
 WINDOW_SIZE = WINDOW[0] * WINDOW[1] * (WINDOW[2] + 1)
 """Entries of one level, its clear heights included."""
 
-TARGET_WINDOW_SIZE = TARGET_WINDOW[0] * TARGET_WINDOW[1] * (TARGET_WINDOW[2] + 1)
-GOAL_START = NEAREST_SIZE + WINDOW_SIZE * len(LEVELS) + TARGET_WINDOW_SIZE * len(TARGET_LEVELS)
-INPUT_SIZE = GOAL_START + GOAL_SIZE + BODY_SIZE + 2 * ACTION_COUNT + TRAIL_SIZE
+_TARGET_WINDOW_SIZE = _TARGET_WINDOW[0] * _TARGET_WINDOW[1] * (_TARGET_WINDOW[2] + 1)
+GOAL_START = NEAREST_SIZE + WINDOW_SIZE * len(LEVELS) + _TARGET_WINDOW_SIZE * len(_TARGET_LEVELS)
+INPUT_SIZE = GOAL_START + GOAL_SIZE + _BODY_SIZE + 2 * ACTION_COUNT + TRAIL_SIZE
 """Entries that the network takes: all but the frame."""
 
 VIEW_SIZE = INPUT_SIZE + 1
@@ -152,13 +230,13 @@ def look(
     for scale, rise in LEVELS:
         n = _write_level(space, box, (x, y, z), _Level(WINDOW, scale, rise), out, n)
     if not (again and out[VIEW_SIZE - 1] == np.float32(frame / (FRAME_COUNT - 1))):
-        for scale, rise in TARGET_LEVELS:
+        for scale, rise in _TARGET_LEVELS:
             goal = (target[0], target[1], target[2])
-            n = _write_level(space, box, goal, _Level(TARGET_WINDOW, scale, rise), out, n)
+            n = _write_level(space, box, goal, _Level(_TARGET_WINDOW, scale, rise), out, n)
     n = GOAL_START
     u, v = to_frame(frame, dx, dy)
     write_goal(u, v, dz, out[n : n + WAY_SIZE])
-    out[n + WAY_SIZE] = min(1.0, np.log(1.0 + abs(u) + abs(v) + abs(dz)) / LOG_FARTHEST)
+    out[n + WAY_SIZE] = min(1.0, np.log(1.0 + abs(u) + abs(v) + abs(dz)) / _LOG_FARTHEST)
     n += GOAL_SIZE
     n = _write_body(space, box, (x, y, z), out, n)
     for action in range(ACTION_COUNT):
@@ -168,7 +246,7 @@ def look(
     n += ACTION_COUNT
     visits = visits_around(cells, state.steps, x, y, z)
     for action in range(ACTION_COUNT):
-        out[n + FRAME_ACTIONS[frame, action]] = min(visits[action], MOST_VISITS) / MOST_VISITS
+        out[n + FRAME_ACTIONS[frame, action]] = min(visits[action], _MOST_VISITS) / _MOST_VISITS
     n += ACTION_COUNT
     for t in range(len(TRAIL_STEPS)):
         row = max(0, state.steps - TRAIL_STEPS[t]) % cells.shape[0]

@@ -13,13 +13,13 @@ from bimvox.crane.kinematics import joints_of
 from bimvox.crane.links import links_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.exporters.mesh import linear_rgba
-from bimvox.grid.boxes import boxes_of
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
+from bimvox.grid.summed_area import boxes_of
 from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.schema import of_crane
 from bimvox.records.lift import Lift, Status, YardPlace
-from bimvox.records.other_means import needed_by_ns
+from bimvox.records.steps import needed_by_ns
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.page.motions import keyframes
 from bimvox.site.component import Component

@@ -15,11 +15,10 @@ from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import write_log
 from bimvox.records.dates import PlanDates
-from bimvox.records.heading import heading_in_words
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.records.other_means import needed_by_ns
-from bimvox.records.steps import Steps
+from bimvox.records.steps import Steps, needed_by_ns
+from bimvox.records.track import heading_in_words
 from bimvox.records.unloading import UnloadingLift, unloading_lifts
 from bimvox.site.component import Component
 from bimvox.site.upright_box import laid_flat_m

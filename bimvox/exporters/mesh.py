@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.grid.faces import outer_faces
-from bimvox.grid.voxel_grid import Part, VoxelGrid
+from bimvox.grid.voxel_grid import Part, VoxelGrid, outer_faces
 from bimvox.rendering.pictures.site import part_colours
 
 

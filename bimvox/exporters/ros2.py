@@ -23,9 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bimvox.crane.kinematics import joint_names, joints_of
-from bimvox.crane.links import links_of
+from bimvox.crane.links import links_of, urdf
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.crane.urdf import urdf
 from bimvox.errors import InputError
 from bimvox.log.mcap.packed import Block, Packed, joined
 from bimvox.log.moving import tracks_of

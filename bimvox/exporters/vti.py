@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.grid.bricks import NO_OWNER
-from bimvox.grid.in_order import in_order
+from bimvox.grid.storage import in_order
 from bimvox.grid.voxel_grid import Part, VoxelGrid
 
 _LEVEL = 1

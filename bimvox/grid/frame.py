@@ -1,8 +1,9 @@
-"""The only converter between metres and cells."""
+"""The only converter between metres and cells, the labels of cells, and the limit on their number."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -54,3 +55,26 @@ class GridFrame:
 def whole_cells(distance_m: float, voxel_size_m: float) -> int:
     """Return the smallest number of cells that together are not shorter than a distance."""
     return int(np.ceil(distance_m / voxel_size_m - 1e-9))
+
+
+class Label(IntEnum):
+    """The label of a cell; fits uint8.
+
+    ``voxelize`` sets AIR, GROUND, STRUCTURE and COMPONENT; the areas (in the slab's layer) and obstructions are set
+    when the site is built.
+    """
+
+    AIR = 0
+    GROUND = 1
+    CONSTRUCTION_AREA = 2
+    YARD = 3
+    STRUCTURE = 4
+    OBSTRUCTION = 5
+    COMPONENT = 6
+
+
+CELL_LIMIT = 500_000_000
+"""Most cells of a grid that is created or read, unless the caller allows more.
+
+In bricks an office takes about 0.4 bytes per cell; a grid that differs in every cell takes 1 to 4.
+"""

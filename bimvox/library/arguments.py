@@ -1,14 +1,25 @@
-"""Arguments that people give to the library's functions: each is refused with one sentence if it is of another kind."""
+"""Arguments of the library's functions: refused with one sentence if they are of another kind; policy and processes."""
 
 from __future__ import annotations
 
 import math
 import operator
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeVar
 
 from bimvox.errors import InputError, shown
+from bimvox.motion.time_plan import time_plan
+from bimvox.planning.planner import plan_lifts
+from bimvox.planning.preparation import Preparation
+from bimvox.processes import processors
+from bimvox.proof.motion import verify_motions
+from bimvox.proof.plan import verify_plan
+from bimvox.site.site import Site
+from bimvox.workers import ALONE, Workers
 
 T = TypeVar("T")
 
@@ -116,3 +127,50 @@ def text(name: str, value: object, hint: str) -> str | None:
 def _kind(value: object) -> str:
     name = type(value).__name__
     return "None" if value is None else f"{'an' if name[0] in 'AEIOUaeiou' else 'a'} {name}"
+
+
+@dataclass(frozen=True, slots=True)
+class PolicyWish:
+    """Which policy proposes paths, and how one is trained; what is not said, the site file says.
+
+    Attributes:
+        policy: Id of a stored policy, ``none``, ``nearest`` or ``default``; see :func:`bimvox.plan`.
+        seed: Seed of the training.
+        steps: Training budget in environment steps; it trains too.
+        train: Whether a policy is trained for the site if there is none.
+        retrain: If the policy fails lifts, it is trained further on the current site, for at most this many steps.
+    """
+
+    policy: str | None = None
+    seed: int | None = None
+    steps: int | None = None
+    train: bool = False
+    retrain: int = 0
+
+
+_FEW_PARTS, _FEW_SHARED = 100, 50
+"""So few are planned before a worker has started, by one crane or by several, whose legs and distances take longer."""
+
+
+@contextmanager
+def workers_of(site: Site, jobs: int | None) -> Iterator[Workers]:
+    """Start the processes that share the work on a site, and end them after the block.
+
+    ``jobs``: number of processes, this one included; None: one per processor.
+    """
+    wanted = processors() if jobs is None else jobs
+    few = _FEW_SHARED if site.has_several_cranes else _FEW_PARTS
+    if wanted == 1 or len(site.components) < few:
+        yield ALONE
+        return
+    workers = Workers(wanted, (plan_lifts, verify_plan, time_plan, verify_motions))
+    try:
+        yield workers
+    finally:
+        workers.close()
+
+
+def constants_of(site: Site, preparation: Preparation | None = None) -> list[object]:
+    """Return what does not change while a site is planned, proven or revised: what is sent to a worker once."""
+    prepared = [] if preparation is None else [*filter(None, preparation.places), preparation]
+    return [*site.components, *site.blockers, site.frame, *prepared, site]

@@ -1,4 +1,4 @@
-"""Compares the site that a log claims with the site file and the obstruction file that it carries.
+"""Compares the site that a log claims with the files that it carries, completed as the parts in the log say.
 
 Both files are read again. What follows from them and from the parts in the log is compared: rules, cranes, zones,
 areas, cells, what each part's table asks for, obstructions. What the site file leaves to be chosen is chosen again.
@@ -12,30 +12,45 @@ from pathlib import Path
 
 import numpy as np
 
+from bimvox.bim.building import Building, Element, Role, Source, TriangleMesh
 from bimvox.errors import BimvoxError, InputError
 from bimvox.files import scratch_folder
-from bimvox.grid.frame import GridFrame
-from bimvox.grid.labels import Label
-from bimvox.library.compare import equal, same, same_blockers, same_cranes, same_rules
-from bimvox.library.completed_site_file import building_of, completed
+from bimvox.grid.frame import GridFrame, Label
+from bimvox.library.compare import (
+    compare_held,
+    compare_parts,
+    compare_pinned,
+    equal,
+    same,
+    same_blockers,
+    same_cranes,
+    same_rules,
+)
 from bimvox.library.hand_over import as_assigned
-from bimvox.library.held_loads import compare_held
-from bimvox.library.obstructions import KINDS, load_obstructions, rasterise, survey_in
-from bimvox.library.site import LISTED, MACHINE, OBSTRUCTIONS, attached_as
-from bimvox.library.site_file_parts import compare_parts, compare_pinned
+from bimvox.library.site import (
+    KINDS,
+    LISTED,
+    MACHINE,
+    OBSTRUCTIONS,
+    attached_as,
+    load_obstructions,
+    rasterise,
+    survey_in,
+)
 from bimvox.log.dates import attached_programme
 from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
-from bimvox.records.carried_out import TRACKS
+from bimvox.records.motion import TRACKS
 from bimvox.records.proof import Check
 from bimvox.site.access import ground_of
 from bimvox.site.areas import columns_centred_in
 from bimvox.site.build import ground_and_masts, id_on_site, labels_of, level_yard, renamed_note, with_obstructions
-from bimvox.site.component import IntVec
+from bimvox.site.component import Component, IntVec
 from bimvox.site.config.file import SITE_FILE, named_files, parse_site_config
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.extent import site_extent, with_room_for_slings
 from bimvox.site.ground import cranes_on_ground
+from bimvox.site.guess import complete_with_placed, lifted_of
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import map_of_model, on_site
 from bimvox.site.obstructions.coordinates import is_about_coordinates
@@ -44,6 +59,69 @@ from bimvox.site.obstructions.notes import Where, note_about
 from bimvox.site.programme import ATTACHED
 from bimvox.site.site import HookHeights, Site
 from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
+
+_COPY = "#"
+"""Separates the GlobalId from the rest of the id of a part whose GlobalId occurs more than once."""
+
+
+def building_of(site: Site, config: SiteConfig) -> Building:
+    """Return the building of a site, in the site frame: parts and structure.
+
+    Of structure only id and surface are known. What the site file pins is a component that is not lifted.
+    """
+    pinned = {entry.global_id for entry in config.component if entry.pinned}
+    fixed = [_fixed(one.id, one.mesh, pinned) for one in site.blockers if one.kind == "structure" and one.mesh]
+    lifted = [_lifted(component) for component in site.components]
+    return Building((*lifted, *fixed), (), Source("", "", "", "m"))
+
+
+def completed(config: SiteConfig, site: Site, building: Building) -> SiteConfig:
+    """Return a site file with areas, crane and cell size filled in, as they follow from the parts of a site.
+
+    The height of the ground in the model, if the file leaves it out, is the site's: only the model says more.
+
+    Args:
+        config: The site file.
+        site: The site that is said to be made from it.
+        building: Its building, see :func:`building_of`.
+
+    Raises:
+        BimvoxError: If nothing can be chosen for these parts.
+    """
+    if config.model.ground_m is None:
+        config = config.at_ground(float(site.site_to_ifc[2, 3]))
+    return complete_with_placed(config, building, lifted_of(config, building))
+
+
+def _lifted(component: Component) -> Element:
+    hints = component.hints
+    return Element(
+        id=component.id,
+        global_id=component.global_id,
+        ifc_class=component.ifc_class,
+        name=component.name,
+        mesh=component.mesh,
+        role=Role.COMPONENT,
+        mass_kg=component.mass_kg,
+        mass_source=component.mass_source,
+        storey=component.storey,
+        material=component.material,
+        predefined_type=component.predefined_type,
+        assembly=hints.assembly,
+        task=hints.task,
+        task_rank=hints.task_rank,
+        casting=component.casting,
+        volume_guessed=component.volume_guessed,
+        judgement=component.judgement,
+        stated_means=component.stated_means,
+    )
+
+
+def _fixed(name: str, mesh: TriangleMesh, pinned: set[str]) -> Element:
+    global_id = name if name in pinned else name.rpartition(_COPY)[0] or name
+    role = Role.COMPONENT if global_id in pinned else Role.STRUCTURE
+    return Element(name, global_id, "", name, mesh, role, 0.0, "")
+
 
 _SAME = 1e-9
 

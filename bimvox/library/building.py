@@ -12,7 +12,7 @@ from bimvox.grid.voxel_grid import VoxelGrid
 from bimvox.library.arguments import insist, path_of, size_m, whole
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.voxelization.building import voxelize_building
-from bimvox.voxelization.limits import default_voxel_size_m
+from bimvox.voxelization.lattice import default_voxel_size_m
 
 
 def read(

@@ -16,8 +16,7 @@ from bimvox.exporters.lift_schedule import DEFAULT_BEGIN
 from bimvox.files import check_new_folder, check_output, read_input, unwritable, write_atomically, write_together
 from bimvox.grid.voxel_grid import VoxelGrid
 from bimvox.library.arguments import insist, path_of
-from bimvox.library.attached_files import config_in
-from bimvox.library.completed_site_file import building_of, completed
+from bimvox.library.attached_files import building_of, completed, config_in
 from bimvox.library.plan_value import Plan
 from bimvox.library.render import revision_of_plan
 from bimvox.log.dates import log_dates
@@ -166,7 +165,7 @@ def write_lifts(
     if wanted.name == "unloading":
         require_whole_log(target, len(orders) < len(log.plan.lifts))
         return _write_folder(target, partial(_written_deliveries, log, note))
-    own = (model, model_bytes(log, model)) if wanted.name == "ifc" and model else None
+    own = (model, _model_bytes(log, model)) if wanted.name == "ifc" and model else None
     dates = log_dates(log, begins)
     data = log_bytes(log, wanted, tuple(orders), begins=begins or DEFAULT_BEGIN, dates=dates, model=own)
     tables = {}
@@ -209,11 +208,10 @@ def write_grid(
     return sum(len(body.mesh.faces) for body in bodies)
 
 
-def model_bytes(log: PlanLog, model: Path) -> bytes:
+def _model_bytes(log: PlanLog, model: Path) -> bytes:
     """Return the bytes of the IFC file that a plan was made from.
 
-    Raises:
-        InputError: If the plan was made from a mesh, or from another file.
+    Raises InputError: if the plan was made from a mesh, or from another file.
     """
     source = log.plan.site.source
     name, wanted = str(source.get("name", "")), str(source.get("sha256", ""))

@@ -27,10 +27,7 @@ if TYPE_CHECKING:
 def handed_over(site: Site, preparation: Preparation, ids: Collection[str]) -> tuple[Site, Preparation, list[str]]:
     """Return the site in which other cranes lift parts, its preparation, and the ids of those parts.
 
-    Args:
-        site: The site.
-        preparation: Its preparation.
-        ids: Ids of the parts for which their own crane has no free time; no other crane may serve some of them.
+    ``ids``: ids of the parts for which their own crane has no free time; no other crane may serve some of them.
     """
     cranes, notes = {}, []
     for part in (one for one in site.components if one.id in ids):
@@ -46,13 +43,7 @@ def handed_over(site: Site, preparation: Preparation, ids: Collection[str]) -> t
 
 
 def given_to_others(site: Site, other: Site, preparation: Preparation) -> tuple[Site, Preparation]:
-    """Return a site and its preparation, with a note on each part that another crane lifts than on the site before.
-
-    Args:
-        site: The site before.
-        other: The site.
-        preparation: Its preparation.
-    """
+    """Return a site and its preparation, with a note on each part that another crane lifts than on the site before."""
     pairs = [(a, b) for a, b in zip(site.components, other.components, strict=True) if a.crane != b.crane]
     if not pairs:
         return site, preparation

@@ -12,11 +12,10 @@ from bimvox.library.arguments import path_of, text, whole
 from bimvox.library.plan import plan
 from bimvox.library.plan_value import Plan
 from bimvox.library.set_up_search.choose import search_set_ups
-from bimvox.library.set_up_search.front import proven_front, why_beaten
 from bimvox.library.set_up_search.pairs import names_of_two
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.search import Search
-from bimvox.library.set_up_search.set_up import Effort, Tried
+from bimvox.library.set_up_search.set_up import Effort, Tried, proven_front, why_beaten
 from bimvox.library.site import LoadedSite, ReadSite, built_site, read_site
 from bimvox.motion.figures import plan_figures
 from bimvox.progress import Listener, Progress, progress_of

@@ -10,14 +10,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from bimvox.errors import InputError, PlanningError
-from bimvox.library.arguments import insist, text, whole
+from bimvox.library.arguments import PolicyWish, constants_of, insist, text, whole, workers_of
 from bimvox.library.hand_over import may_go_to_others
-from bimvox.library.obstructions import ReadObstructions, obstructed, read_obstructions
 from bimvox.library.plan_value import Plan
-from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import Planned, Retraining, insist_on_one_lift, plan_and_prove, prepared
-from bimvox.library.sharing import constants_of, workers_of
-from bimvox.library.site import OBSTRUCTIONS, LoadedSite, attached_as
+from bimvox.library.site import OBSTRUCTIONS, LoadedSite, ReadObstructions, attached_as, obstructed, read_obstructions
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
@@ -27,6 +24,7 @@ from bimvox.site.obstructions.coordinates import Survey
 from bimvox.site.obstructions.file import obstructions_to_json
 from bimvox.site.obstructions.obstruction_set import ObstructionSet
 from bimvox.site.site import Site
+from bimvox.walk import Store
 from bimvox.workers import Workers
 
 
@@ -104,7 +102,8 @@ def planned(
         built, files = obstructed(built, found, told), {**files, **content}
     with workers_of(built, whole("jobs", jobs, 1)) as workers:
         free = may_go_to_others(replace(site, site=built))
-        built, preparation = prepared(built, told, workers, free)
+        store = Store()
+        built, preparation = prepared(built, told, workers, free, store)
         chosen = policy_of(site, built, preparation, PolicyWish(policy, seed, steps, wish.train), told)
         number = seed_of(site, seed)
         used = [chosen]
@@ -135,6 +134,7 @@ def planned(
                 workers=workers,
                 may_hand_over=free,
                 timed=begin,
+                store=store,
             )
             record = begun[0] if begun else record_of(proven)  # the last one that was timed is the proven one
             better = used[-1] if used[-1] is not chosen else None

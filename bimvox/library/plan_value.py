@@ -18,8 +18,7 @@ from bimvox.policy.choice import PolicyInUse
 from bimvox.proof.values import check_values
 from bimvox.records.lift import Lift, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.records.proof import Verification
-from bimvox.records.remark import Remark
+from bimvox.records.proof import Remark, Verification
 from bimvox.site.component import Component
 from bimvox.site.part_names import names_by_id
 from bimvox.site.site import Site

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
-from bimvox.cranes.known_lifts import KnownLifts
 from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError, NoPlanError, listed
@@ -20,17 +19,16 @@ from bimvox.planning.rounds import OtherWays, Refusals, Refused, proven_in_round
 from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
 from bimvox.proof.motion import verify_motions
-from bimvox.proof.plan import verify_plan
-from bimvox.proof.proven import ProvenLifts
+from bimvox.proof.plan import triangles_of, verify_plan
 from bimvox.proof.steps import verify_steps
 from bimvox.proof.values import check_motion_values, check_values
-from bimvox.records.lift import LiftPlan, Method, ModelledClash, Status
+from bimvox.records.lift import NOT_DRIVEN, LiftPlan, Method, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
-from bimvox.records.reasons import NOT_DRIVEN, NOT_PROVEN_TOGETHER
 from bimvox.records.steps import Steps
 from bimvox.site.part_names import names_by_id
 from bimvox.site.site import Site
+from bimvox.walk import Store
 from bimvox.workers import ALONE, Workers
 
 Retraining = Callable[[tuple[int, ...]], PolicyInUse]
@@ -57,10 +55,14 @@ class Planned:
 
 
 def prepared(
-    site: Site, progress: Progress, workers: Workers = ALONE, free: Collection[str] = ()
+    site: Site,
+    progress: Progress,
+    workers: Workers = ALONE,
+    free: Collection[str] = (),
+    store: Store | None = None,
 ) -> tuple[Site, Preparation]:
     """Return what ``preparation_of`` does, and report its notes."""
-    site, preparation = preparation_of(site, progress.report, workers, free)
+    site, preparation = preparation_of(site, progress.report, workers, free, store)
     notes = preparation.sequence.notes
     for note in notes[:_NOTES_SHOWN]:
         progress.note(note)
@@ -84,7 +86,7 @@ def overlap_note(clashes: Sequence[ModelledClash], names: Mapping[str, str]) -> 
     )
 
 
-def plan_and_prove(
+def plan_and_prove(  # noqa: PLR0913  (all but the first three are optional, and given by name)
     site: Site,
     preparation: Preparation,
     policy: PolicyInUse,
@@ -94,6 +96,7 @@ def plan_and_prove(
     workers: Workers = ALONE,
     may_hand_over: Collection[str] = (),
     timed: Callable[[Planned], object] | None = None,
+    store: Store | None = None,
 ) -> Planned:
     """Plan all lifts, time them, and prove both.
 
@@ -112,146 +115,153 @@ def plan_and_prove(
         may_hand_over: Ids of the components that another crane may lift if their own has no free time for them. The
             site of the plan then is not the given one.
         timed: Called with each plan whose motions are proven next.
+        store: What was planned, timed or proven before is not done again.
 
     Raises:
         NoPlanError: If no lift can be planned.
         VerificationError: If a proof of the plan as a whole fails.
     """
-    propose = policy.propose
-    other_ways, proven, driven = OtherWays(), ProvenLifts(), KnownLifts()
-    previous: LiftPlan | None = None
-    given, handed = preparation, set[str]()
+    may, known = frozenset(may_hand_over), Store() if store is None else store
+    attempts = _Attempts(site, preparation, policy, progress, retraining, workers, may, timed, known)
+    return proven_in_rounds(attempts.attempt, "written", attempts.lifts)
 
-    def planned(policy_retrained: Propose | None, kept: LiftPlan | None, refused: Refused) -> LiftPlan:
-        progress.stage("plan", len(site.components))
-        return plan_lifts(
-            site,
-            preparation,
-            propose=propose,
-            retrained=policy_retrained,
-            previous=kept,
-            refused=Refusals(refused, other_ways),
-            progress=progress.report,
-            workers=workers,
-        )
 
-    def attempt(refused: Refused) -> Planned | Refused:
-        nonlocal previous, retraining, site, preparation, proven
-        kept = None if previous is None else _without(previous, _left_out(previous))
-        made = planned(None, kept, refused)
+@dataclass(eq=False)
+class _Attempts:
+    """Attempts to plan and prove a site, each with what the ones before found out; as ``plan_and_prove``.
+
+    Attributes:
+        retrained: The policy after more training.
+        other_ways: What the proof refused, before the lift is refused.
+        handed: Ids of the components that were handed over to another crane.
+        made: The last plan.
+        given: The preparation at the beginning.
+    """
+
+    site: Site
+    preparation: Preparation
+    policy: PolicyInUse
+    progress: Progress
+    retraining: Retraining | None
+    workers: Workers
+    may_hand_over: Collection[str]
+    timed: Callable[[Planned], object] | None
+    store: Store
+    retrained: Propose | None = None
+    other_ways: OtherWays = field(default_factory=OtherWays)
+    handed: set[str] = field(default_factory=set)
+    made: LiftPlan | None = None
+
+    def __post_init__(self) -> None:
+        self.given = self.preparation
+
+    def attempt(self, refused: Refused) -> Planned | Refused:
+        """Return the proven plan without some lifts, or more lifts to refuse, and why."""
+        made = self._planned(refused)
         insist_on_one_lift(made)
         failed = _left_to_search(made)
-        if retraining is not None and propose is not None and failed:
-            better, retraining = retraining(failed), None
-            if better.network is not None and better.network is not policy.network:
-                made = planned(proposer(better.network, every_guard=True), _without(made, failed), refused)
-        made, preparation = _as_drawn(made, preparation, proven)
-        previous = made
-        found: Planned | Mapping[str, str]
+        if self.retraining is not None and self.policy.propose is not None and failed:
+            better, self.retraining = self.retraining(failed), None
+            if better.network is not None and better.network is not self.policy.network:
+                self.retrained = proposer(better.network, every_guard=True)
+                made = self._planned(refused)
+        self.made = made = self._as_drawn(made)
         given_away: list[str] = []
+        found: Planned | Mapping[str, str]
         try:
-            found = _prove(made, preparation, proven, driven, workers, progress, timed)
+            found = self._prove(made)
         except NoFreeTimeError as error:
-            may = [part for part in error.reasons if part in may_hand_over and part not in handed]
-            handed.update(may)
-            site, preparation, given_away = handed_over(site, preparation, may)
+            may = [part for part in error.reasons if part in self.may_hand_over and part not in self.handed]
+            self.handed.update(may)
+            self.site, self.preparation, given_away = handed_over(self.site, self.preparation, may)
             found = {part: f"{NOT_DRIVEN}{why}" for part, why in error.reasons.items() if part not in given_away}
         if isinstance(found, Planned):
-            progress.finish()
-            return found if preparation is given else replace(found, preparation=preparation)
-        left = other_ways.without(made.site, made.lifts, found)
+            self.progress.finish()
+            return found if self.preparation is self.given else replace(found, preparation=self.preparation)
+        left = self.other_ways.without(made.site, made.lifts, found)
         for component, reason in found.items():
-            progress.note(f"{component}: {reason}" + ("" if component in left else "; another way is tried"))
+            self.progress.note(f"{component}: {reason}" + ("" if component in left else "; another way is tried"))
         if not given_away:
-            return left or attempt(refused)
-        for note in preparation.sequence.notes[-len(given_away) :]:
-            progress.note(note)
-        proven = ProvenLifts()
-        with workers.knowing(site, preparation):
-            rest = attempt({**refused, **left})
+            return left or self.attempt(refused)
+        for note in self.preparation.sequence.notes[-len(given_away) :]:
+            self.progress.note(note)
+        with self.workers.knowing(self.site, self.preparation):
+            rest = self.attempt({**refused, **left})
         return rest if isinstance(rest, Planned) else {**left, **rest}
 
-    def lifts() -> list[str]:
-        return [
-            site.components[one.component].id
-            for one in (previous.lifts if previous else ())
-            if one.status is Status.PLANNED
-        ]
+    def lifts(self) -> list[str]:
+        """Return the ids of the components that the last plan lifts."""
+        lifts = () if self.made is None else self.made.lifts
+        return [self.site.components[one.component].id for one in lifts if one.status is Status.PLANNED]
 
-    return proven_in_rounds(attempt, "written", lifts)
+    def _planned(self, refused: Refused) -> LiftPlan:
+        self.progress.stage("plan", len(self.site.components))
+        return plan_lifts(
+            self.site,
+            self.preparation,
+            propose=self.policy.propose,
+            retrained=self.retrained,
+            refused=Refusals(refused, self.other_ways),
+            progress=self.progress.report,
+            workers=self.workers,
+            store=self.store,
+        )
 
+    def _as_drawn(self, made: LiftPlan) -> LiftPlan:
+        """Return a plan without the clashes that the proof does not measure, and turn the preparation to it.
 
-def _as_drawn(made: LiftPlan, preparation: Preparation, proven: ProvenLifts) -> tuple[LiftPlan, Preparation]:
-    """Return a plan and its preparation without the clashes that the proof does not measure.
+        It measures in its own way. Such a pair keeps its moves, and its parts' lifts are proven as all others are.
+        """
+        undrawn = triangles_of(made, self.store).refuted_clashes()
+        if not undrawn:
+            return made
+        contacts = self.preparation.contacts.listing([clash for clash in made.clashes if clash not in undrawn])
+        self.preparation = replace(self.preparation, contacts=contacts)
+        return replace(made, clashes=contacts.clashes)
 
-    It measures in its own way. Such a pair keeps its moves, and the lifts of its parts are proven as all others are.
-    """
-    undrawn = proven.turn_to(made).refuted_clashes()
-    if not undrawn:
-        return made, preparation
-    contacts = preparation.contacts.listing([clash for clash in made.clashes if clash not in undrawn])
-    return replace(made, clashes=contacts.clashes), replace(preparation, contacts=contacts)
+    def _prove(self, made: LiftPlan) -> Planned | dict[str, str]:
+        """Prove and time a plan; return the lifts to refuse, and why, if it is not proven.
+
+        Raises:
+            NoFreeTimeError: If one of several cranes has no free time for a lift.
+        """
+        store, workers = self.store, self.workers
+        self.progress.stage("prove")
+        values = check_values(made)
+        of_plan = Verification((values,))
+        if values.passed:
+            of_plan = Verification((values, *verify_plan(made, store=store, workers=workers).checks))
+        if not of_plan.verified:
+            return refusals(of_plan)
+        if not made.site.cranes:
+            return Planned(made, (), of_plan)
+        self.progress.stage("time", len(made.lifts))
+        try:
+            motions = time_lifts(made, self.preparation, store, workers)
+        except NoFreeTimeError:
+            raise
+        except MotionError as error:
+            return {error.component: f"{NOT_DRIVEN}{error.message}"}
+        self.progress.stage("prove")
+        check_motion_values(values, made.site, motions)
+        if not values.passed:
+            return refusals(Verification((values,)))
+        if self.timed is not None:
+            self.timed(Planned(made, motions))
+        of_motions = verify_motions(made, motions, store=store, workers=workers)
+        if not of_motions.verified:
+            return refusals(of_motions)
+        steps = steps_of(made.site, made.lifts, motions)
+        if steps != Steps() or made.site.rules.curing is not None:
+            of_motions = Verification((*of_motions.checks, verify_steps(made, motions, steps, store)))
+        if not of_motions.verified:
+            return refusals(of_motions)
+        return Planned(made, motions, Verification((values, *of_plan.checks[1:], *of_motions.checks)))
 
 
 def _left_to_search(made: LiftPlan) -> tuple[int, ...]:
     """Return the components whose lifts the policy did not find."""
     return tuple(lift.component for lift in made.lifts if lift.method is Method.SEARCH)
-
-
-def _left_out(made: LiftPlan) -> tuple[int, ...]:
-    """Return the components that were left out while others were proven: their own lifts may be good."""
-    return tuple(lift.component for lift in made.lifts if lift.reason == NOT_PROVEN_TOGETHER)
-
-
-def _without(made: LiftPlan, components: tuple[int, ...]) -> LiftPlan:
-    return replace(made, lifts=tuple(lift for lift in made.lifts if lift.component not in components))
-
-
-def _prove(
-    made: LiftPlan,
-    preparation: Preparation,
-    proven: ProvenLifts,
-    driven: KnownLifts,
-    workers: Workers,
-    progress: Progress,
-    timed: Callable[[Planned], object] | None,
-) -> Planned | dict[str, str]:
-    """Prove and time a plan; return the lifts to refuse, and why, if it is not proven.
-
-    Raises:
-        NoFreeTimeError: If one of several cranes has no free time for a lift.
-    """
-    progress.stage("prove")
-    values = check_values(made)
-    of_plan = Verification((values,))
-    if values.passed:
-        of_plan = Verification((values, *verify_plan(made, proven=proven, workers=workers).checks))
-    if not of_plan.verified:
-        return refusals(of_plan)
-    if not made.site.cranes:
-        return Planned(made, (), of_plan)
-    progress.stage("time", len(made.lifts))
-    try:
-        motions = time_lifts(made, preparation, driven, workers)
-    except NoFreeTimeError:
-        raise
-    except MotionError as error:
-        return {error.component: f"{NOT_DRIVEN}{error.message}"}
-    progress.stage("prove")
-    check_motion_values(values, made.site, motions)
-    if not values.passed:
-        return refusals(Verification((values,)))
-    if timed is not None:
-        timed(Planned(made, motions))
-    of_motions = verify_motions(made, motions, proven=proven, workers=workers)
-    if not of_motions.verified:
-        return refusals(of_motions)
-    steps = steps_of(made.site, made.lifts, motions)
-    if steps != Steps() or made.site.rules.curing is not None:
-        of_motions = Verification((*of_motions.checks, verify_steps(made, motions, steps, proven)))
-    if not of_motions.verified:
-        return refusals(of_motions)
-    return Planned(made, motions, Verification((values, *of_plan.checks[1:], *of_motions.checks)))
 
 
 def insist_on_one_lift(made: LiftPlan) -> None:

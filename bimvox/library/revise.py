@@ -1,21 +1,27 @@
-"""A plan revised after a change of the obstructions."""
+"""A plan revised after a change of the obstructions, and a plan carried out among people and vehicles."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
 
+from bimvox.errors import InputError, MotionError, VerificationError
 from bimvox.library.arguments import insist
-from bimvox.library.obstructions import obstructed, survey_in
+from bimvox.library.compare import DECIDER, DECIDES, check_traffic
 from bimvox.library.plan import digests_of, obstructions_of
 from bimvox.library.plan_value import Plan
-from bimvox.library.site import OBSTRUCTIONS
+from bimvox.library.site import OBSTRUCTIONS, obstructed, survey_in
 from bimvox.library.verify import prove_plan
-from bimvox.log.plan_log import PlanLog
-from bimvox.planning.preparation import preparation_in
-from bimvox.progress import Listener, progress_of
-from bimvox.revision.current_plan import current_plan_of
-from bimvox.revision.request import RevisionRequest
+from bimvox.live.execution import Execution, carried_out
+from bimvox.live.tracks import Traffic
+from bimvox.log.plan_log import PENDING, PlanLog
+from bimvox.log.segments import FIRST_PLAN, NOW_NS
+from bimvox.planning.preparation import Preparation, preparation_in
+from bimvox.progress import Listener, Progress, progress_of
+from bimvox.proof.carried_out import check_carried_out, planned_axes, tally_of
+from bimvox.records.motion import TRACKS, CarriedOut, Tally
+from bimvox.records.proof import Verification
+from bimvox.revision.current_plan import RevisionRequest, current_plan_of
 from bimvox.revision.revise import revise as revised_parts
 from bimvox.site.obstructions.obstruction_set import ObstructionSet
 
@@ -56,3 +62,75 @@ def _next(record: PlanLog, files: dict[str, bytes]) -> PlanLog:
     """Return the record of the next revision, with other files."""
     metadata = {key: value for key, value in record.metadata.items() if not key.startswith("sha256 ")}
     return replace(record, attachments=files, metadata={**metadata, **digests_of(files)}, revision=record.revision + 1)
+
+
+_NOTHING = Tally(0, 0.0, 0, 0, None, 0)
+
+
+def carry_out(
+    record: PlanLog, preparation: Preparation, traffic: Traffic, source: str, tracks: Path | None, progress: Progress
+) -> tuple[PlanLog, Execution, Verification]:
+    """Return the log of a plan that is carried out in traffic, what happened, and the proof of both.
+
+    The recommended rule of docs/live.md decides. A lift that cannot be proven at another place in the order keeps its
+    place, and the plan is carried out anew.
+
+    Args:
+        record: A proven plan of one crane.
+        preparation: What it was made from.
+        traffic: The traffic.
+        source: Where it comes from, in words.
+        tracks: The file of its recorded tracks, which is attached.
+        progress: Receives the stages.
+
+    Raises:
+        InputError: If the site has several cranes or none, or the plan was changed while it was carried out.
+        MotionError: If the crane can execute none of the lifts that may be next.
+        VerificationError: If the plan is not proven in its own order.
+    """
+    plan = record.plan
+    if plan.history or any(lift.left for lift in plan.lifts):
+        raise InputError(
+            "the plan was changed while it was carried out: part of it is history",
+            hint="carry out a new plan: give another log with -o",
+        )
+    files = {} if tracks is None else {TRACKS + tracks.name: tracks.read_bytes()}
+    metadata = {key: value for key, value in record.metadata.items() if key not in (FIRST_PLAN, NOW_NS, PENDING)}
+    record = replace(
+        record, attachments={**record.attachments, **files}, metadata={**metadata, **digests_of(files)}, events=()
+    )
+    log, done, verdict = _proven(record, preparation, traffic, progress)
+    axes = planned_axes(done.motions, done.plan_ns)
+    samples = (done.time_ns, done.plan_ns, done.pace, axes, done.place_m, done.seen_m)
+    found = CarriedOut(source, DECIDER, done.others, *samples, _NOTHING)
+    found = replace(found, tally=tally_of(done.plan, done.motions, found))
+    log, checks = replace(log, carried_out=found), check_carried_out(done.plan, done.motions, found)
+    if Verification(checks).verified:
+        checks += (check_traffic(log, found),)
+    progress.finish()
+    return log, done, replace(verdict, checks=(*verdict.checks, *checks))
+
+
+def _proven(
+    record: PlanLog, preparation: Preparation, traffic: Traffic, progress: Progress
+) -> tuple[PlanLog, Execution, Verification]:
+    """Return an execution whose plan is proven in its own order, with that plan and the proof."""
+    known = {part.id: part.index for part in record.plan.site.components}
+    pinned: set[int] = set()
+    while True:
+        progress.stage("traffic")
+        try:
+            done = carried_out(record.plan, preparation, record.motions, traffic, DECIDES, pinned)
+        except MotionError as error:
+            if known[error.component] in pinned:
+                raise
+            pinned.add(known[error.component])
+            continue
+        log = replace(record, plan=done.plan, motions=done.motions)
+        verdict = prove_plan(log, progress)
+        if verdict.verified:
+            return log, done, verdict
+        culprits = {known[part] for part in verdict.culprits} or set(known.values())
+        if culprits <= pinned or not done.moved:
+            raise VerificationError("the plan is not proven in its own order", failures=verdict.failures)
+        pinned |= culprits

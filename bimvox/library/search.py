@@ -29,9 +29,8 @@ from bimvox.proof.motion import verify_motions
 from bimvox.proof.over_time import begins_ns, epochs_of
 from bimvox.proof.plan import verify_plan
 from bimvox.proof.space import ALWAYS_NS
-from bimvox.records.lift import NOT_LIFTED, Lift, Status
+from bimvox.records.lift import LOAD_IS_HELD, NOT_LIFTED, OF_A_STOP, OF_THE_PATH, Lift, Status
 from bimvox.records.proof import Check, Verification
-from bimvox.records.reasons import LOAD_IS_HELD, OF_A_STOP, OF_THE_PATH
 from bimvox.site.default_rules import ALL_KEPT, Kept
 from bimvox.site.site import HeadingRule, Site
 from bimvox.site.transit_clearance import CLEARANCES, margin_vox, rope_margin_vox, smaller_clearances
@@ -179,11 +178,8 @@ class _Searched:
     def _look_at_other(self, lift: Lift, stage: Stage | Obstacle | None, said: str, *, with_jib: bool = False) -> None:
         """Look for a path at a stage at which a lift would give less way; if there is one, the check fails.
 
-        Args:
-            lift: The lift.
-            stage: The stage; None, or an obstacle, if there is none.
-            said: What the lift gives way on without need.
-            with_jib: Whether the load may also turn with the jib.
+        ``stage``: the stage; None, or an obstacle, if there is none; ``said``: what the lift gives way on without need;
+        ``with_jib``: whether the load may also turn with the jib.
         """
         self._check.samples += 1
         if not isinstance(stage, Stage):

@@ -6,14 +6,12 @@ from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
-from bimvox.library.arguments import path_of
+from bimvox.library.arguments import constants_of, path_of, workers_of
 from bimvox.library.attached_files import check_attached_files
-from bimvox.library.claims import claims_of
+from bimvox.library.claims import Given, check_user_files, claims_of
+from bimvox.library.compare import check_traffic
 from bimvox.library.plan_value import Plan
 from bimvox.library.search import with_search
-from bimvox.library.sharing import constants_of, workers_of
-from bimvox.library.traffic import check_traffic
-from bimvox.library.user_files import Given, check_user_files
 from bimvox.log import schema as topics
 from bimvox.log.check import check_commands, check_digests, check_joint_states, check_load_poses
 from bimvox.log.codec import steps_from_json
@@ -26,13 +24,13 @@ from bimvox.progress import Listener, Progress, progress_of
 from bimvox.proof.carried_out import check_carried_out
 from bimvox.proof.coverage import with_coverage
 from bimvox.proof.over_time import not_current, verify_motions_over_time, verify_plan_over_time
-from bimvox.proof.proven import ProvenLifts
 from bimvox.proof.steps import verify_steps
 from bimvox.proof.values import check_values
 from bimvox.records.proof import Verification
 from bimvox.records.steps import Steps
 from bimvox.site.part_names import names_by_id, with_names
-from bimvox.uncollected import uncollected
+from bimvox.undisturbed import uncollected
+from bimvox.walk import Store
 from bimvox.workers import ALONE, Workers
 
 
@@ -181,17 +179,17 @@ def prove_plan(
     values = check_values(record.plan, record.motions, record.context)
     if not values.passed:
         return _named(Verification((values,)), record)
-    proven = ProvenLifts()
-    of_plan = verify_plan_over_time(record.plan, record.motions, record.context, proven=proven, workers=workers).checks
+    store = Store()
+    of_plan = verify_plan_over_time(record.plan, record.motions, record.context, store=store, workers=workers).checks
     progress.stage("motions")
     of_motions = verify_motions_over_time(
-        record.plan, record.motions, record.context, proven=proven, workers=workers
+        record.plan, record.motions, record.context, store=store, workers=workers
     ).checks
     steps = told or record.steps
     # The joints of an extract are not all known.
     is_whole = not record.context and len(record.motions) == len(record.planned)
     any_steps = steps != Steps() or (is_whole and record.plan.site.rules.curing is not None)
-    of_steps = (verify_steps(record.plan, record.motions, steps, proven),) if any_steps else ()
+    of_steps = (verify_steps(record.plan, record.motions, steps, store),) if any_steps else ()
     checks = (values, *with_coverage(record.plan, (*of_plan, *of_motions, *of_steps)))
     if record.carried_out is not None and Verification(checks).verified:
         checks += check_carried_out(record.plan, record.motions, record.carried_out)

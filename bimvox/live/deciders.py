@@ -1,21 +1,57 @@
-"""Who decides: rules on what is seen now, rules with prediction, Monte Carlo roll-outs, and an oracle."""
+"""Who decides: rules on what is seen now, and at constant velocity."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bimvox.live.episode import CHOICES, WAIT, WAIT_S, Episode, Stage
-from bimvox.live.forecast import blocked_rows, blocked_ticks, imagined
-from bimvox.live.traffic import Habits, copied
-from bimvox.live.way import TICK_S, Way, seconds_of
+from bimvox.compiled import kernel
+from bimvox.live.episode import WAIT, Episode, Stage
+from bimvox.live.traffic import (
+    RADIUS,
+    STILL_S,
+    VX,
+    VY,
+    Crowd,
+)
+from bimvox.live.way import TICK_S, Way, gap_m, placed, seconds_of
+
+if TYPE_CHECKING:
+    pass
+
+
+_STANDS_S = 4.0
+"""Who has been seen at rest for so long dwells."""
+
+
+@kernel
+def blocked_rows(way: Way, crowd: Crowd, near_m: float, horizon: float) -> int:
+    """Return the number of rows of a way on which anybody is near the load, at constant velocity.
+
+    Args:
+        way: The way, executed without a stop.
+        crowd: Everyone, as seen.
+        near_m: Who is nearer to the load, in addition to its own radius, counts.
+        horizon: Ticks for which they go on at the velocity as seen; then they stay.
+    """
+    load, found = np.empty(9), 0
+    state, seen_m = crowd.state, crowd.seen_m
+    for row in range(way.rests.shape[0]):
+        placed(way, float(row), 1.0, load)
+        for n in range(state.shape[0]):
+            ahead_s = min(float(row), horizon) * TICK_S if state[n, STILL_S] < _STANDS_S else 0.0
+            x, y = seen_m[n, 0] + ahead_s * state[n, VX], seen_m[n, 1] + ahead_s * state[n, VY]
+            if gap_m(load, x, y) <= near_m + state[n, RADIUS]:
+                found += 1
+                break
+    return found
+
 
 Decider = Callable[[Episode], int]
 """From an episode that is not over to a candidate, or ``WAIT``."""
-
-_KNOWN = Habits()
 
 
 def stop_and_wait(episode: Episode) -> int:
@@ -71,81 +107,3 @@ class Rules:
         # While the hook is still on its way to a lift, the others' velocity of now says nothing.
         horizon = 0.0 if episode.stage is Stage.LIFT else self.horizon_s / TICK_S
         return blocked_rows(way, episode.crowd, self.near_m, horizon) * TICK_S
-
-
-@dataclass(frozen=True, slots=True)
-class MonteCarlo:
-    """Rolls out drawn futures of the others, and takes the candidate with the least mean cost over them.
-
-    The cost is that of ``Rules``, with the others where they are in that future when the load gets there.
-
-    Attributes:
-        samples: Futures, the same ones for all candidates.
-        habits: How the others are assumed to behave.
-        near_m: Who is nearer to the load, in addition to its own radius, is in the way.
-        weight: Cost of a second of the way on which somebody is in the way, in seconds.
-        waits: Waiting is tried at most this often in a row.
-    """
-
-    samples: int = 8
-    habits: Habits = _KNOWN
-    near_m: float = 4.0
-    weight: float = 2.0
-    waits: int = 3
-
-    def __call__(self, episode: Episode) -> int:
-        """Return the candidate with the least mean cost."""
-        possible = options(episode, self.waits, CHOICES)
-        if len(possible) == 1:
-            return possible[0][0]
-        blocked = np.zeros(len(possible))
-        for sample in range(self.samples):
-            start = imagined(episode, self.habits, sample)
-            for n, (_, lift, way, lead_s) in enumerate(possible):
-                crowd = copied(start)
-                episode.let_pass(crowd, self.habits, lead_s)
-                chosen = episode.job.lifts[lift].ways[way]
-                blocked[n] += blocked_ticks(chosen, episode.job.ground, self.habits, crowd, self.near_m)
-        costs = [
-            lead_s + seconds_of(episode.job.lifts[lift].ways[way]) - _usual_s(episode, lift)
-            for _, lift, way, lead_s in possible
-        ]
-        best = int(np.argmin(np.array(costs) + self.weight * TICK_S * blocked / self.samples))
-        return possible[best][0]
-
-
-@dataclass(frozen=True, slots=True)
-class Oracle:
-    """Knows what everybody will do, and takes what is in place soonest: a bound for what knowledge can bring, greedy.
-
-    Attributes:
-        waits: Waiting is tried at most this often in a row.
-    """
-
-    waits: int = 12
-
-    def __call__(self, episode: Episode) -> int:
-        """Return the candidate that loses least time."""
-        found: dict[int, float] = {}
-        for choice, lift, way, lead_s in options(episode, self.waits, len(episode.job.lifts)):
-            spent_s = episode.imagined_s(episode.future(), episode.habits, lead_s, lift, way)
-            found[choice] = min(spent_s - _usual_s(episode, lift), found.get(choice, np.inf))
-        return min(found, key=found.__getitem__)
-
-
-def options(episode: Episode, waits: int, tried: int) -> list[tuple[int, int, int, float]]:
-    """Return what can be decided: choice, lift, way, and seconds until its load can be raised."""
-    if episode.stage is Stage.LIFT:
-        lifts = [(n, episode.job.lifts[n]) for n in episode.candidates[:tried]]
-        return [(n, n, way, episode.lead_s(n)) for n, lift in lifts for way in range(len(lift.ways))]
-    assert episode.hooked is not None
-    found = [(way, episode.hooked, way, 0.0) for way in episode.candidates]
-    if episode.waited < waits:
-        found += [(WAIT, episode.hooked, way, WAIT_S) for way in episode.candidates]
-    return found
-
-
-def _usual_s(episode: Episode, lift: int) -> float:
-    """Return the part of a lift's time that no decision changes: attaching the slings, and the planned way."""
-    one = episode.job.lifts[lift]
-    return seconds_of(one.ways[0]) + (one.hook_on_s if episode.stage is Stage.LIFT else 0.0)

@@ -2,16 +2,72 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bimvox.errors import shown
-from bimvox.live.carry import carry, idle
-from bimvox.live.job import LiveJob, LiveLift
-from bimvox.live.shield import LOAD_COLUMNS, prediction_room
-from bimvox.live.traffic import Crowd, Density, Habits, Sight, copied, crowd_of, ticks_of
-from bimvox.live.way import TICK_S
+from bimvox.live.shield import LOAD_COLUMNS, carry, idle, prediction_room
+from bimvox.live.traffic import Crowd, Density, Ground, Habits, Sight, crowd_of, ticks_of
+from bimvox.live.way import TICK_S, Way, seconds_of
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LiveLift:
+    """One lift.
+
+    Attributes:
+        number: Its number in the plan, from 1.
+        name: The part's name.
+        ways: Its proven ways, the planned one first.
+        hook_on_s: How long the crew attaches the slings.
+        fix_s: How long the load is aligned, fixed and released at its place.
+        earlier: Positions in ``LiveJob.lifts`` of those that must be set before.
+    """
+
+    number: int
+    name: str
+    ways: tuple[Way, ...]
+    hook_on_s: float
+    fix_s: float
+    earlier: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LiveJob:
+    """Lifts of one crane in the order of the plan, and the ground on which others move.
+
+    Attributes:
+        name: Name of the site.
+        lifts: The lifts.
+        approach_s: (N + 1, N) float64 how long the empty hook takes to a pick: in row 0 at the start, in row n + 1 from
+            the place of lift n.
+        ground: Where others go.
+    """
+
+    name: str
+    lifts: tuple[LiveLift, ...]
+    approach_s: NDArray[np.float64]
+    ground: Ground
+
+    def ready(self, done: Iterable[int]) -> tuple[int, ...]:
+        """Return the positions of the lifts that may be next, in the order of the plan."""
+        left = frozenset(range(len(self.lifts))) - (gone := frozenset(done))
+        return tuple(n for n in sorted(left) if self.lifts[n].earlier <= gone)
+
+    def usual_s(self, n: int) -> float:
+        """Return how long a lift takes in the order of the plan, on its planned way, without traffic."""
+        lift = self.lifts[n]
+        return float(self.approach_s[n, n]) + lift.hook_on_s + seconds_of(lift.ways[0]) + lift.fix_s
+
+    @property
+    def undisturbed_s(self) -> float:
+        """How long all lifts take so."""
+        return sum(self.usual_s(n) for n in range(len(self.lifts)))
+
 
 WAIT = -1
 """The decision to wait for ``WAIT_S``."""
@@ -22,8 +78,8 @@ CHOICES = 8
 
 _GIVE_UP = 4.0
 """An episode is cut after this multiple of the time without traffic."""
-NO_TAPE = np.zeros((0, 2))
-NO_LOAD = np.zeros(LOAD_COLUMNS)
+_NO_TAPE = np.zeros((0, 2))
+_NO_LOAD = np.zeros(LOAD_COLUMNS)
 _SIGHT, _HABITS = Sight(), Habits()
 
 
@@ -71,7 +127,7 @@ class Episode:
         self.done: list[int] = []
         self.hooked: int | None = None
         self.limit = ticks_of(_GIVE_UP * job.undisturbed_s) if limit is None else limit
-        self.tape = NO_TAPE
+        self.tape = _NO_TAPE
         if taped:
             longest_s = max(map(job.usual_s, range(len(job.lifts))))  # the last lift may begin just before the limit
             self.tape = np.zeros((self.limit + 4 * ticks_of(longest_s), 2 + 4 * len(self.crowd.state)))
@@ -170,33 +226,6 @@ class Episode:
         if self.ticks < self.limit:
             self.done.append(self.before)
 
-    def let_pass(self, crowd: Crowd, habits: Habits, seconds: float) -> None:
-        """Let time pass in an imagined future."""
-        idle(self.job.ground, habits, crowd, self.sight, ticks_of(seconds), NO_LOAD, NO_TAPE)
-
-    def imagined_s(self, crowd: Crowd, habits: Habits, lead_s: float, lift: int, way: int) -> float:
-        """Return how long a lift takes from now until its load is in place, with others as in ``crowd``.
-
-        Args:
-            crowd: Everyone; changed.
-            habits: How they behave.
-            lead_s: How long it takes until the load can be raised.
-            lift: The position of the lift.
-            way: The number of its way.
-        """
-        ground, lead = self.job.ground, ticks_of(lead_s)
-        self.let_pass(crowd, habits, lead_s)
-        chosen, limits = self.job.lifts[lift].ways[way], (0, _PATIENCE)
-        spent = carry(chosen, ground, habits, crowd, self.sight, limits, self.room, NO_TAPE)
-        return (lead + spent) * TICK_S
-
-    def future(self) -> Crowd:
-        """Return everyone as they are, with the same future: for an oracle alone."""
-        return copied(self.crowd)
-
     def _pass(self, ticks: int) -> None:
-        idle(self.job.ground, self.habits, self.crowd, self.sight, ticks, NO_LOAD, self.tape[self.ticks :])
+        idle(self.job.ground, self.habits, self.crowd, self.sight, ticks, _NO_LOAD, self.tape[self.ticks :])
         self.ticks += ticks
-
-
-_PATIENCE = ticks_of(1800.0)

@@ -14,37 +14,20 @@ from numpy.typing import NDArray
 
 from bimvox.errors import MotionError
 from bimvox.live.deciders import Decider
-from bimvox.live.episode import WAIT, Episode, Stage
-from bimvox.live.job import LiveJob, LiveLift
+from bimvox.live.episode import WAIT, Episode, LiveJob, LiveLift, Stage
 from bimvox.live.other_ways import LiftWay
-from bimvox.live.planned import job_of, live_lift_of, seconds_in
-from bimvox.live.tracks import Track, with_tracks
-from bimvox.live.traffic import CREW, KIND, LORRY, Density
+from bimvox.live.planned import ground_of, job_of, live_lift_of, seconds_in
+from bimvox.live.tracks import Track, Traffic, with_tracks
+from bimvox.live.traffic import CREW, KIND, LORRY
 from bimvox.live.way import TICK_S
 from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.preparation import Preparation
-from bimvox.records.carried_out import Other, OtherKind
 from bimvox.records.lift import Lift, LiftPlan, Status
-from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.motion import LiftMotion, Other, OtherKind, PhaseName
 from bimvox.units import NS_PER_S
 
 _TICK_NS = round(TICK_S * NS_PER_S)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Traffic:
-    """The traffic of an execution.
-
-    Attributes:
-        density: How much is drawn.
-        seed: Of what is drawn, and of the errors with which others are seen.
-        tracks: Recorded tracks.
-    """
-
-    density: Density
-    seed: int
-    tracks: tuple[Track, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,7 +103,7 @@ def _kept_apart(job: LiveJob, plan: LiftPlan, lifts: list[Lift], pinned: Collect
     )
 
 
-class Run:
+class _Run:
     """An execution under way, in which somebody decides which lift is next.
 
     Args:
@@ -201,7 +184,7 @@ class Run:
         self._pace.append(np.where(is_on_its_way, own[:, 1], np.diff(at_ns, prepend=last_ns) / _TICK_NS))
 
 
-class _TimedRun(Run):
+class _TimedRun(_Run):
     """An execution that times each lift anew when it is chosen."""
 
     def __init__(self, plan: LiftPlan, preparation: Preparation, lifts: list[Lift], episode: Episode) -> None:
@@ -271,3 +254,45 @@ def _others(episode: Episode, tracks: tuple[Track, ...]) -> tuple[Other, ...]:
         *(Other(f"lorry {n + 1}", OtherKind.VEHICLE) for n in range(lorries)),
         *(Other(track.name, track.kind) for track in tracks),
     )
+
+
+def carried_out_again(
+    plan: LiftPlan, motions: Sequence[LiftMotion], traffic: Traffic, decide: Decider, ticks: int
+) -> Execution:
+    """Return the execution of a plan that is in the order in which it was carried out.
+
+    A pure function of its arguments: the same ones give what was carried out, tick by tick.
+
+    Args:
+        plan: The plan of a site with one crane.
+        motions: The motions of its planned lifts, in order.
+        traffic: Who moves.
+        decide: Who decides; it can only choose how long to wait.
+        ticks: How long it took; it is cut after one tick more.
+    """
+    site, count = plan.site, len(motions)
+    by_order = {lift.order: lift for lift in plan.lifts}
+    approach_s = np.zeros((count + 1, count))
+    approach_s[range(count), range(count)] = [seconds_in(motion, PhaseName.APPROACH) for motion in motions]
+    lifts = tuple(
+        replace(live_lift_of(site, (LiftWay(by_order[motion.order], motion),)), earlier=frozenset(range(n)))
+        for n, motion in enumerate(motions)
+    )
+    job = LiveJob(site.name, lifts, approach_s, with_tracks(ground_of(site), traffic.tracks))
+    episode = Episode(job, traffic.density, traffic.seed, taped=True, limit=ticks + 1)
+    run = _RunAgain(plan, [lift for lift in plan.lifts if lift.status is Status.PLANNED], episode)
+    run.known = tuple(motions)
+    run.to_the_end(decide)
+    return run.execution(plan, traffic.tracks)
+
+
+class _RunAgain(_Run):
+    """An execution whose motions are known."""
+
+    known: tuple[LiftMotion, ...] = ()
+
+    def begin(self, position: int) -> int:
+        """Begin the lift at a position."""
+        self.positions.append(position)
+        self.motions.append(self.known[position])
+        return position

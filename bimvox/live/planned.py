@@ -1,4 +1,14 @@
-"""The job of a planned site: its lifts with their real motions, crane and crew times."""
+"""The job of a planned site: its lifts with their real motions, crane and crew times, and where others go.
+
+The site file does not say where others go: crews work all over the building, in the yard and on the sides, and lorries
+drive straight to the side of the site that is nearest to the yard.
+
+Lifts may change places where the proof of the plan says so. It proves each lift with the parts before it in their
+places and the others in the yard. In another order, a lift meets a part that the plan had elsewhere. It stays proven if
+its footprint (all cells that its proof checked) has no cell of that part, wherever it is then. Otherwise the two keep
+the plan's order, and so do lifts of which one must come before the other, or which come with different deliveries.
+Clearances in transit that give way, give way here too.
+"""
 
 from __future__ import annotations
 
@@ -9,22 +19,130 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.travel import point_to_point_s
 from bimvox.errors import InputError
-from bimvox.live.ground import ground_of
-from bimvox.live.job import LiveJob, LiveLift
-from bimvox.live.order import earlier_lifts
+from bimvox.live.episode import LiveJob, LiveLift
 from bimvox.live.other_ways import LiftWay, lift_ways
+from bimvox.live.traffic import NO_TRACK, Ground
 from bimvox.live.way import Hanging, Way, way_of
 from bimvox.motion.swing import pendulum_of
+from bimvox.planning.order.graph import order_graph
 from bimvox.planning.preparation import Preparation
+from bimvox.proof.footprint import CellMask, Footprint, MotionFootprint, motion_footprint, path_footprint
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.site.component import Component, StoredPose
+from bimvox.site.default_rules import NOTHING_KEPT
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.units import NS_PER_S
+
+_AREAS, _PLACES = 7, 12
+"""Number of areas, and of work places in each: the building in two halves, the yard, and the site's four sides."""
+_AROUND_M = (2.0, 15.0)
+"""How far outside the grid the work places of its sides are."""
+_OUTSIDE_M = 30.0
+
+
+def ground_of(site: Site) -> Ground:
+    """Return where others go on a site; the same for every call."""
+    draw, size, origin = np.random.default_rng(0), site.frame.voxel_size_m, np.array(site.frame.origin_m[:2])
+    built = np.zeros(site.shape[:2], np.bool_)
+    for part in site.components:
+        columns = part.shape.cells[:, :2] + np.array(part.target_vox[:2])
+        built[tuple(columns.T)] = True
+    columns = np.argwhere(built)
+    low, high = columns.min(axis=0), columns.max(axis=0) + 1
+    box = np.stack(np.meshgrid(*(np.arange(a, b) for a, b in zip(low, high, strict=True)), indexing="ij"), -1)
+    inside = box.reshape(-1, 2)
+    longer = int(np.argmax(high - low))
+    first_half = inside[:, longer] < (low + high)[longer] // 2
+    groups = (inside[first_half], inside[~first_half], np.argwhere(site.yard), *_around(site))
+    chosen = [group[draw.integers(len(group), size=_PLACES)] for group in groups]
+    places_m = (np.concatenate(chosen) + 0.5) * size + origin
+    return Ground(places_m, np.arange(_AREAS + 1) * _PLACES, _road_m(site), *NO_TRACK)
+
+
+def _around(site: Site) -> list[NDArray[np.int64]]:
+    """Return the columns outside the grid, side by side."""
+    near, far = (round(away_m / site.frame.voxel_size_m) for away_m in _AROUND_M)
+    nx, ny = site.shape[:2]
+    x, y = np.arange(nx), np.arange(ny)
+    out = np.arange(near, far)
+    pairs = ((-out, y), (nx + out, y), (x, -out), (x, ny + out))
+    return [np.stack(np.meshgrid(a, b, indexing="ij"), -1).reshape(-1, 2) for a, b in pairs]
+
+
+def _road_m(site: Site) -> NDArray[np.float64]:
+    """Return a road from outside to the side of the site that is nearest to the yard: lorries stand there."""
+    size, origin = site.frame.voxel_size_m, np.array(site.frame.origin_m[:2])
+    low, high = origin, origin + np.array(site.shape[:2]) * size
+    stand = (np.argwhere(site.yard).mean(axis=0) + 0.5) * size + origin
+    sides = [(stand[axis] - low[axis], axis, -1.0) for axis in (0, 1)]
+    sides += [(high[axis] - stand[axis], axis, 1.0) for axis in (0, 1)]
+    away_m, axis, way = min(sides)
+    edge, gate = stand.copy(), stand.copy()
+    edge[axis] += way * away_m
+    gate[axis] += way * (away_m + _OUTSIDE_M)
+    return np.array([gate, 0.5 * (gate + edge), edge])
+
+
+def _earlier_lifts(
+    site: Site, preparation: Preparation, lifts: Sequence[Sequence[LiftWay]]
+) -> tuple[frozenset[int], ...]:
+    """Return for each of some lifts those of them that must be set before.
+
+    Args:
+        site: The site.
+        preparation: What its plan was made from.
+        lifts: The proven ways of planned lifts that follow each other in the plan.
+    """
+    graph = order_graph(site, preparation.relations, preparation.contacts)
+    transit_m, rope_m = (site.rules.kept_m(name, NOTHING_KEPT) for name in ("transit_clearance_m", "rope_clearance_m"))
+    site = replace(site, rules=replace(site.rules, transit_clearance_m=transit_m, rope_clearance_m=rope_m))
+    swept = [[footprint for way in ways for footprint in _swept(site, way)] for ways in lifts]
+    planned = [ways[0].lift for ways in lifts]
+    lying = [_lying(site, lift) for lift in planned]
+    placed = [_placed(site, lift) for lift in planned]
+    unheld = frozenset(preparation.sequence.unheld)
+    found: list[frozenset[int]] = []
+    for b, later in enumerate(planned):
+        earlier = set()
+        for a, first in enumerate(planned[:b]):
+            assert first.place is not None
+            assert later.place is not None
+            kept = (
+                first.component in graph.earlier[later.component]
+                or first.place.delivery != later.place.delivery
+                or not unheld.isdisjoint((first.component, later.component))
+                or any(lying[a].meets(footprint) for footprint in swept[b])
+                or any(placed[b].meets(footprint) for footprint in swept[a])
+            )
+            if kept:
+                earlier.add(a)
+        found.append(frozenset(earlier))
+    return tuple(found)
+
+
+def _swept(site: Site, way: LiftWay) -> tuple[Footprint, MotionFootprint]:
+    return path_footprint(site, way.lift), motion_footprint(site, way.lift, way.motion)
+
+
+def _lying(site: Site, lift: Lift) -> CellMask:
+    assert lift.place is not None
+    return _mask(site, lift.place.shape.cells + np.array(lift.place.cell_vox, np.int32))
+
+
+def _placed(site: Site, lift: Lift) -> CellMask:
+    part = site.components[lift.component]
+    return _mask(site, part.shape.cells + np.array(part.target_vox, np.int32))
+
+
+def _mask(site: Site, cells: NDArray[np.int32]) -> CellMask:
+    mask = CellMask(site.shape)
+    mask.add(cells.astype(np.int32))
+    return mask
 
 
 def job_of(
@@ -56,7 +174,7 @@ def job_of(
         )
     crane = site.cranes[0]
     proven = lift_ways(plan, preparation, motions, [motion.order for motion in chosen], ways)
-    earlier = earlier_lifts(site, preparation, list(proven.values()))
+    earlier = _earlier_lifts(site, preparation, list(proven.values()))
     job_lifts = tuple(
         replace(live_lift_of(site, own), earlier=before) for own, before in zip(proven.values(), earlier, strict=True)
     )
@@ -69,13 +187,13 @@ def live_lift_of(site: Site, ways: Sequence[LiftWay]) -> LiveLift:
     return LiveLift(
         lift.number,
         site.components[lift.component].name,
-        tuple(way_of_motion(site, *way) for way in ways),
+        tuple(_way_of_motion(site, *way) for way in ways),
         seconds_in(motion, PhaseName.HOOK_ON),
         seconds_in(motion, PhaseName.SET, PhaseName.RELEASE),
     )
 
 
-def way_of_motion(site: Site, lift: Lift, motion: LiftMotion) -> Way:
+def _way_of_motion(site: Site, lift: Lift, motion: LiftMotion) -> Way:
     """Return the way of a motion, from the start of raising until the load is at its place."""
     part, crane = site.components[lift.component], site.cranes[motion.crane]
     time_ns, axes = motion.samples()

@@ -1,10 +1,11 @@
-"""Tracks of people and vehicles from a CSV or JSON file, instead of drawn traffic."""
+"""Traffic by name: a seed, or a file (CSV or JSON) with tracks of people and vehicles."""
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import hypot, isfinite
 from pathlib import Path
@@ -12,18 +13,18 @@ from typing import NoReturn
 
 import numpy as np
 
-from bimvox.errors import FileError
+from bimvox.errors import FileError, InputError
 from bimvox.files import read_input
-from bimvox.live.traffic import DRIVE_LIMIT_M_S, WALK_LIMIT_M_S, Ground
-from bimvox.records.carried_out import OtherKind
+from bimvox.live.traffic import DENSITIES, DRIVE_LIMIT_M_S, WALK_LIMIT_M_S, Density, Ground
+from bimvox.records.motion import TRACKS, OtherKind
 from bimvox.site.nested import json_values
 
-COLUMNS = ("id", "kind", "time_s", "x_m", "y_m")
+_COLUMNS = ("id", "kind", "time_s", "x_m", "y_m")
 _FASTEST_M_S = {OtherKind.PERSON: WALK_LIMIT_M_S, OtherKind.VEHICLE: DRIVE_LIMIT_M_S}
 """Highest speeds that the shield assumes."""
 _ROUNDING_M = 0.01
 _KINDS = ", ".join(OtherKind)
-_CSV_HINT = f"columns: {','.join(COLUMNS)}, in seconds and metres of the site; kinds: {_KINDS}"
+_CSV_HINT = f"columns: {','.join(_COLUMNS)}, in seconds and metres of the site; kinds: {_KINDS}"
 _JSON_HINT = (
     'a list "tracks" of objects with "id", "kind" and "samples", which are lists [time_s, x_m, y_m], in seconds and '
     f"metres of the site; kinds: {_KINDS}"
@@ -45,6 +46,21 @@ class Track:
     samples: list[tuple[float, float, float]] = field(default_factory=list)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Traffic:
+    """The traffic of an execution.
+
+    Attributes:
+        density: How much is drawn.
+        seed: Of what is drawn, and of the errors with which others are seen.
+        tracks: Recorded tracks.
+    """
+
+    density: Density
+    seed: int
+    tracks: tuple[Track, ...] = ()
+
+
 def with_tracks(ground: Ground, tracks: Sequence[Track]) -> Ground:
     """Return the ground with recorded tracks."""
     if not tracks:
@@ -55,15 +71,15 @@ def with_tracks(ground: Ground, tracks: Sequence[Track]) -> Ground:
 
 
 def read_tracks(path: Path) -> tuple[Track, ...]:
-    """Return the tracks of a file; see ``tracks_in``.
+    """Return the tracks of a file; see ``_tracks_in``.
 
     Raises:
         FileError: If the file cannot be read or used; names the line or the key.
     """
-    return tracks_in(path, read_input(path))
+    return _tracks_in(path, read_input(path))
 
 
-def tracks_in(path: Path, data: bytes) -> tuple[Track, ...]:
+def _tracks_in(path: Path, data: bytes) -> tuple[Track, ...]:
     """Return the tracks in the bytes of a file, in the order in which their ids first occur.
 
     In a CSV file, a row is one place at one time: ``id,kind,time_s,x_m,y_m``. A JSON file, ``.json``, is
@@ -105,7 +121,7 @@ _Row = dict[str, object]
 def _of_csv(text: str) -> Iterator[tuple[str, _Row]]:
     """Yield the rows of a CSV text, each with where it is."""
     reader = csv.DictReader(io.StringIO(text), strict=True)
-    for name in COLUMNS:
+    for name in _COLUMNS:
         if name not in (reader.fieldnames or ()):
             _wrong("line 1", f"column {name} is missing")
     for row in reader:
@@ -128,7 +144,7 @@ def _of_json(text: str) -> Iterator[tuple[str, _Row]]:
         for k, sample in enumerate(samples):
             if not isinstance(sample, list) or len(sample) != 3:
                 _wrong(f"{key}.samples[{k}]", "is not [time_s, x_m, y_m]")
-            row = {"id": track.get("id"), "kind": track.get("kind"), **dict(zip(COLUMNS[2:], sample, strict=True))}
+            row = {"id": track.get("id"), "kind": track.get("kind"), **dict(zip(_COLUMNS[2:], sample, strict=True))}
             yield f"{key}.samples[{k}]", row
 
 
@@ -140,7 +156,7 @@ def _add(where: str, row: _Row, tracks: dict[str, Track]) -> None:
     if kind not in list(OtherKind):
         _wrong(where, f"kind {kind!r} is not known")
     kind = OtherKind(str(kind))
-    at_s, x, y = (_number(where, key, row[key]) for key in COLUMNS[2:])
+    at_s, x, y = (_number(where, key, row[key]) for key in _COLUMNS[2:])
     track = tracks.setdefault(name, Track(name, kind))
     if track.kind is not kind:
         _wrong(where, f"{name} is a {track.kind} above and a {kind} here")
@@ -167,3 +183,64 @@ def _number(where: str, key: str, value: object) -> float:
     if not isfinite(number):
         _wrong(where, f"{key} is {value}")
     return number
+
+
+_USUAL = "medium"
+_LONGEST_SEED = 18
+_NOBODY = Density(0, 0)
+_DRAWN = re.compile(rf"random, ({'|'.join(DENSITIES)}), seed (0|[1-9][0-9]{{0,{_LONGEST_SEED - 1}}})")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NamedTraffic:
+    """Traffic that somebody asks for.
+
+    Attributes:
+        traffic: What moves.
+        source: Where it comes from, in words, as logs state it.
+        file: The file with its tracks; None if it is drawn.
+    """
+
+    traffic: Traffic
+    source: str
+    file: Path | None
+
+
+def traffic_named(text: str) -> NamedTraffic:
+    """Return the traffic of a seed, such as ``7`` or ``heavy:7``, or of a file with tracks.
+
+    Raises:
+        InputError: If it is neither.
+        FileError: If the tracks cannot be used; names the line or the key.
+    """
+    amount, _, seed = text.rpartition(":")
+    is_seed = seed.isascii() and seed.isdigit() and len(seed) <= _LONGEST_SEED and amount in ("", *DENSITIES)
+    file = Path(text)
+    if is_seed and not file.exists():
+        amount = amount or _USUAL
+        source = f"random, {amount}, seed {int(seed)}"
+        return NamedTraffic(Traffic(DENSITIES[amount], int(seed)), source, None)
+    if not text or not file.exists():
+        raise InputError(
+            f"--traffic {text}: it is not a seed, and there is no such file",
+            hint=f"for example --traffic 7, --traffic tracks.csv; kinds of random traffic: {', '.join(DENSITIES)}",
+        )
+    return NamedTraffic(Traffic(_NOBODY, 0, read_tracks(file)), f"tracks of {file.name}", file)
+
+
+def traffic_stated(source: str, files: Mapping[str, bytes]) -> Traffic:
+    """Return the traffic that a log states: its source in words, and the files attached to it.
+
+    Raises:
+        ValueError: If no traffic has this source and these files; says why.
+        FileError: If the attached tracks cannot be used.
+    """
+    attached = [name for name in files if name.startswith(TRACKS)]
+    if (drawn := _DRAWN.fullmatch(source)) is not None:
+        if attached:
+            raise ValueError(f"it says {source!r}, but a file of tracks is attached: {attached[0]}")
+        return Traffic(DENSITIES[drawn[1]], int(drawn[2]))
+    name = TRACKS + source.removeprefix("tracks of ")
+    if attached != [name] or not source.startswith("tracks of "):
+        raise ValueError(f"it says {source!r}; that is neither a seed nor the attached file of tracks")
+    return Traffic(_NOBODY, 0, _tracks_in(Path(name), files[name]))

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.errors import LogFileError
-from bimvox.grid.archive import BROKEN_ZIP
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
+from bimvox.grid.layout import BROKEN_ZIP
 from bimvox.log.codec import DTYPES, ArrayReader, ArrayWriter, DecodeError, decode, encode
 from bimvox.log.mcap.form import Encoded, json_text
 from bimvox.site.component import Shape

@@ -21,7 +21,7 @@ from bimvox.log.codec import ArrayReader, ArrayWriter, decode, encode
 from bimvox.log.mcap.form import Form, pose, stamp
 from bimvox.log.mcap.packed import Rows
 from bimvox.log.mcap.reader import Contents
-from bimvox.records.carried_out import CarriedOut, Other, Tally
+from bimvox.records.motion import CarriedOut, Other, Tally
 from bimvox.site.nested import json_values
 from bimvox.site.site import Site
 from bimvox.units import NS_PER_S

@@ -11,8 +11,7 @@ from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from numpy.typing import NDArray
 
-from bimvox.crane.kinematics import axes_of_joints, joint_names
-from bimvox.crane.rigging import pose_limits
+from bimvox.crane.kinematics import axes_of_joints, joint_names, pose_limits
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import enumerated
 from bimvox.log import schema as topics

@@ -11,9 +11,9 @@ from pydantic import ValidationError
 from bimvox.errors import ConfigError
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.dates import PlanDates, dates_of
-from bimvox.records.programme_dates import against_programme
-from bimvox.records.remark import Remark, Severity
-from bimvox.remarks.late import late
+from bimvox.records.programme import against_programme
+from bimvox.records.proof import Remark, Severity
+from bimvox.remarks.rules import late
 from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.config.file import SITE_FILE
 from bimvox.site.nested import toml_values

@@ -12,7 +12,7 @@ from typing import TypeVar
 from bimvox.errors import LogFileError
 from bimvox.log.bundle import from_npy, pack, to_npy, unpack
 from bimvox.log.codec import DTYPES, ArrayReader, ArrayWriter, decode, encode
-from bimvox.revision.held_cranes import HeldCranes
+from bimvox.revision.current_plan import HeldCranes
 from bimvox.stop.redirect import Held
 
 HELD_FILE = "held_load.zip"

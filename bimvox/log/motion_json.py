@@ -14,8 +14,7 @@ from bimvox.errors import LogFileError
 from bimvox.log.codec import ArrayReader, ArrayWriter, DecodeError, decode, encode
 from bimvox.log.motion_message import Samples, SamplesByLift
 from bimvox.log.plan_json import lines_of
-from bimvox.records.motion import LiftMotion, Phase
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import LiftMotion, Phase, Trajectory
 from bimvox.sparse import SPARSE
 
 

@@ -13,9 +13,8 @@ from bimvox.log import schema as topics
 from bimvox.log.mcap.form import pairs, stamp
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.records.lift import NOT_LIFTED, Status
-from bimvox.records.not_lifted import not_lifted_groups
-from bimvox.records.other_means import needed_by_ns
-from bimvox.records.remark import Remark, Severity
+from bimvox.records.proof import Remark, Severity
+from bimvox.records.steps import needed_by_ns, not_lifted_groups
 from bimvox.records.track import LiftTimes
 from bimvox.site.component import Component
 from bimvox.site.part_names import names_by_id, with_names

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from bimvox.errors import LogFileError
 from bimvox.log.codec import ArrayReader, ArrayWriter, DecodeError, decode, encode
-from bimvox.records.guide import Guide
-from bimvox.records.lift import Epoch, LeftPath, Lift, LiftPlan, ModelledClash, Status, yard_place
+from bimvox.records.lift import Epoch, Guide, LeftPath, Lift, LiftPlan, ModelledClash, Status, yard_place
 from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.site import Blocker, Site
 from bimvox.sparse import names_to_write

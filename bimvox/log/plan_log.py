@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 
 from bimvox.errors import SelectionError
 from bimvox.motion.steps import steps_of_log
-from bimvox.records.carried_out import TRACKS, CarriedOut
 from bimvox.records.lift import Lift, LiftPlan, Status
-from bimvox.records.motion import LiftMotion
-from bimvox.records.remark import Remark
+from bimvox.records.motion import TRACKS, CarriedOut, LiftMotion
+from bimvox.records.proof import Remark
 from bimvox.records.steps import Steps
-from bimvox.remarks.sensible import remarks_if_sensible
+from bimvox.remarks.remarks import remarks_if_sensible
 from bimvox.version import __version__
 
 _STEPS = 2.0**30

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Iterator, Sequence
 from typing import BinaryIO
 
-from bimvox.crane.urdf import urdf
+from bimvox.crane.links import urdf
 from bimvox.errors import InputError
 from bimvox.log import schema as topics
 from bimvox.log.bundle import site_to_bytes

@@ -15,12 +15,10 @@ from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletio
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from numpy.typing import NDArray
 
-from bimvox.crane.luffing import LuffingJib
 from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m
-from bimvox.crane.tower_crane import TowerCrane
-from bimvox.grid.boxes import boxes_of
-from bimvox.grid.frame import GridFrame
-from bimvox.grid.labels import Label
+from bimvox.crane.tower_crane import LuffingJib, TowerCrane
+from bimvox.grid.frame import GridFrame, Label
+from bimvox.grid.summed_area import boxes_of
 from bimvox.kept import kept
 from bimvox.log import schema as topics
 from bimvox.log.mcap.form import colour, pairs, pose, stamp, vector

@@ -7,11 +7,9 @@ from numpy.typing import NDArray
 
 from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.planning.tipping import from_box_to_origin_m, lying_width_vox
-from bimvox.records.guide import Guide
-from bimvox.records.heading import headings_off_rad
-from bimvox.records.lift import Lift
+from bimvox.records.lift import Guide, Lift
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.records.track import LiftTimes, LoadTrack
+from bimvox.records.track import LiftTimes, LoadTrack, headings_off_rad
 from bimvox.site.component import StoredPose
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site

@@ -16,7 +16,7 @@ from foxglove_schemas_protobuf.VoxelGrid_pb2 import VoxelGrid
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.links import Joint, links_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
 from bimvox.log.driven import Driven
 from bimvox.log.mcap.form import Form, pose, stamp, vector
 from bimvox.log.mcap.packed import Rows

@@ -8,10 +8,9 @@ from collections.abc import Iterator, Sequence
 from bimvox.log import schema as topics
 from bimvox.log.plan_log import PENDING, LogEvent, PlanLog
 from bimvox.log.segments import FIRST_PLAN, NOW_NS, REPLAN_EVENT, first_plan_of, is_segment, pending_of
-from bimvox.records.lift import Lift, Status, infeasible_among
+from bimvox.records.lift import LOAD_IS_HELD, Lift, Status, infeasible_among
 from bimvox.records.motion import PhaseName
 from bimvox.records.proof import Check
-from bimvox.records.reasons import LOAD_IS_HELD
 from bimvox.stop.brake_axes import STOP_EVENT
 
 _DIGEST = re.compile("[0-9a-f]{64}")

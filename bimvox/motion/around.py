@@ -15,11 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, kernel
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.axis_numbers import AxisNumbers, axis_numbers
-from bimvox.crane.bound import least_time_s, rest_to_rest_s
-from bimvox.crane.luffing import radius_limits
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.kinematics import AxisNumbers, axis_numbers
+from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane, radius_limits
+from bimvox.crane.travel import least_time_s, rest_to_rest_s
 from bimvox.motion.move import Move, line_time_s, move_time_s, share_limits
 from bimvox.motion.swept import LoadFrame, line_is_free
 from bimvox.motion.swing import RiggedCrane
@@ -221,13 +219,8 @@ def _by_turns(
 ) -> NDArray[np.float64]:
     """Return (N, 3) the axes at the ends of the runs of a quickest way; none if there is none below a time.
 
-    Args:
-        space: The collision rule.
-        load: How hook poses and reference cells correspond.
-        lattice: The poses.
-        start: Slew and ring of the first one.
-        goals: (G, 2) of those of which one has to be reached; their rings are the same.
-        limit_s: The time.
+    ``load``: how hook poses and reference cells correspond; ``start``: slew and ring of the first one; ``goals``: (G,
+    2) of those of which one has to be reached; their rings are the same.
     """
     slews, radii = lattice.slews_rad, lattice.radii_m
     n_slews, n_radii = slews.shape[0], radii.shape[0]

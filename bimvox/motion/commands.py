@@ -128,9 +128,7 @@ def commands(motion: LiftMotion, period_s: float) -> Commands:
 def commands_at(motion: LiftMotion, at_ns: NDArray[np.int64]) -> Commands:
     """Return the commands of a motion at some of its times, at every start of a phase, at its start and its end.
 
-    Args:
-        motion: The motion.
-        at_ns: (N,) int64 times from its start to its end.
+    ``at_ns``: (N,) int64 times from its start to its end.
     """
     time_ns, axes = motion.samples()
     lifted_ns = motion.start_ns + int(motion.raising.time_ns[0])

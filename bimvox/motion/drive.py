@@ -16,9 +16,8 @@ from bimvox.motion.swept import HookEnd, axes_of_cells, in_cell, pose_next_to
 from bimvox.motion.swing import RiggedCrane
 from bimvox.motion.timeline import Timeline, blended, followed
 from bimvox.planning.search import shortest_path
-from bimvox.records.guide import Guide
-from bimvox.records.heading import turn_back_s
-from bimvox.records.lift import Lift
+from bimvox.records.lift import Guide, Lift
+from bimvox.records.track import turn_back_s
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.site import Site
 from bimvox.site.transit_clearance import margin_vox
@@ -78,8 +77,7 @@ def _drive_above(
 ) -> tuple[Timeline, float]:
     """Return what ``drive_path`` does for a path that does not end at the load's place: the load comes to rest there.
 
-    Raises:
-        PlanningError: If the path is not free, or takes the hook above the jib.
+    Raises PlanningError: if the path is not free, or takes the hook above the jib.
     """
     check_path(rigged, space, path_vox)
     return _quickest(_Driver(rigged, space, space), path_vox, path_vox[-1:], slew_rad)
@@ -90,12 +88,9 @@ def _quickest(
 ) -> tuple[Timeline, float]:
     """Return the quicker motion of the two routes, and the height that the hook has to reach.
 
-    Args:
-        driver: Lays moves over time.
-        head: (N, 3) the path up to the last moves.
-        tail: (M, 3) the placements of the last moves, the first one the last of the head.
-        slew_rad: Slewing angle before.
-        goes_back: Whether the last moves may begin at any height of their column.
+    ``driver``: lays moves over time; ``head``: (N, 3) the path up to the last moves; ``tail``: (M, 3) the placements of
+    the last moves, the first one the last of the head; ``slew_rad``: slewing angle before; ``goes_back``: whether the
+    last moves may begin at any height of their column.
     """
     rigged, transit = driver.rigged, driver.transit
     over = over_the_top(rigged, transit, head[0], head[-1], slew_rad)

@@ -14,14 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, kernel, leaf_kernel
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.axis_numbers import AxisNumbers, axis_numbers
-from bimvox.crane.bound import least_time_s, rest_to_rest_s
-from bimvox.crane.fit import distance_to_polygon_m
-from bimvox.crane.kinematics import hook_of
-from bimvox.crane.luffing import luffing_limits
-from bimvox.crane.tower_crane import CranePose, TowerCrane
-from bimvox.records.guide import Guide
+from bimvox.crane.kinematics import AxisNumbers, axis_numbers, hook_of
+from bimvox.crane.reach import distance_to_polygon_m
+from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane, luffing_limits
+from bimvox.crane.travel import least_time_s, rest_to_rest_s
+from bimvox.records.lift import Guide
 
 # How fast the share of a curved line may be driven: by each axis's derivatives at points of the line.
 #
@@ -46,10 +43,8 @@ def _curve_limits(limits: AxisNumbers, ends: NDArray[np.float64], is_arc: bool) 
     A rate leaves some acceleration, and both leave some jerk: those are taken with which the move from rest to rest
     takes the least time.
 
-    Args:
-        limits: The crane's.
-        ends: (2, 3) slew, radius and height at start and end.
-        is_arc: Whether the line is an arc; otherwise it is straight in the site's frame.
+    ``limits``: the crane's; ``ends``: (2, 3) slew, radius and height at start and end; ``is_arc``: whether the line is
+    an arc; otherwise it is straight in the site's frame.
     """
     terms = np.empty((6, 3 * _POINTS))
     _write_terms(terms, _derivatives(ends, is_arc), limits)
@@ -100,10 +95,8 @@ def _left(terms: NDArray[np.float64], row: int, second: float, third: float) -> 
 def _write_terms(terms: NDArray[np.float64], derivatives: NDArray[np.float64], limits: AxisNumbers) -> None:
     """Write the shares of each axis's limits that its derivatives take at points of a line.
 
-    Args:
-        terms: (6, 3 N): those of q' of the rate; q' and q'' of the acceleration; all three of the jerk.
-        derivatives: As ``_derivatives`` returns them.
-        limits: The crane's.
+    ``terms``: (6, 3 N): those of q' of the rate; q' and q'' of the acceleration; all three of the jerk;
+    ``derivatives``: as ``_derivatives`` returns them; ``limits``: the crane's.
     """
     points = derivatives.shape[0]
     radial = limits.trolley

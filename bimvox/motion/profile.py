@@ -22,9 +22,8 @@ from ruckig import InputParameter, Ruckig, RuckigError
 from ruckig import Trajectory as RuckigTrajectory
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.bound import rest_to_rest_s
-from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+from bimvox.crane.travel import rest_to_rest_s
 from bimvox.errors import PlanningError
 from bimvox.motion.move import LINES, Line, Move, axes_of, write_along
 

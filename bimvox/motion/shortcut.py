@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.axis_numbers import axis_numbers
-from bimvox.crane.kinematics import nearest_turn, unwrap_slew
+from bimvox.crane.kinematics import axis_numbers, nearest_turn, unwrap_slew
 from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import PlanningError
 from bimvox.motion.around import around, fastest_chain, kept_by

@@ -13,8 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.grid.frame import whole_cells
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label, whole_cells
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import Pause, Step, Steps, cured_ns
@@ -30,10 +29,7 @@ _NOWHERE = 2**30
 def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -> Steps:
     """Return the steps and pauses of a plan; none if it has no motions or its rules ask for none.
 
-    Args:
-        site: The site.
-        lifts: All its lifts.
-        motions: The motions of all planned lifts.
+    ``motions``: the motions of all planned lifts.
     """
     by_order = {motion.order: motion for motion in motions}
     casting = site.rules.casting

@@ -21,8 +21,7 @@ from bimvox.motion.swing import HOOK_OFFSET, RiggedCrane, rigged_crane
 from bimvox.motion.timeline import Timeline, in_sequence, pause_of, sampled
 from bimvox.motion.trajectories import approached, delayed, phases_from, starting
 from bimvox.records.lift import Lift, YardPlace
-from bimvox.records.motion import LiftMotion, PhaseName, quarters_of
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import LiftMotion, PhaseName, Trajectory, quarters_of
 from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace, placement_is_free
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times

@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.pendulum import half_period_s, pendulum_length_m
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane
+from bimvox.crane.travel import point_to_point_s
 from bimvox.motion.move import Line, Move, no_shorter, share_limits, slow_shares, slowed
 from bimvox.motion.profile import (
     TIMES,
@@ -36,7 +35,7 @@ from bimvox.motion.profile import (
 from bimvox.motion.swept import LoadFrame, samples_are_free
 from bimvox.motion.swing import STEP_S, Hanging, Pendulum, RiggedCrane, hanging_on, sways_free
 from bimvox.motion.trajectories import trajectory_of
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import Trajectory
 from bimvox.site.collision import CollisionSpace
 from bimvox.units import NS_PER_S
 
@@ -269,8 +268,7 @@ class Pacer:
     def in_sequence(self, calms: Sequence[Calm] | None = None) -> Timeline:
         """Return the timeline on which every move waits for the end of the one before it.
 
-        Args:
-            calms: The shaping of each move; the plainest for all if None.
+        ``calms``: the shaping of each move; the plainest for all if None.
         """
         given = calms if calms is not None else (Calm(),) * len(self._moves)
         profiles = tuple(self.profile(n, calm) for n, calm in enumerate(given))

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import VerificationError
-from bimvox.records.motion import LiftMotion, Phase, PhaseName
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
 
 
 def trajectory_of(
@@ -181,10 +180,7 @@ def waiting(motion: LiftMotion, wait_ns: int) -> LiftMotion:
 def held_longer(motion: LiftMotion, at_ns: int, by_ns: int) -> LiftMotion:
     """Return a motion that is held longer at a moment at which the crane rests; what came before stays.
 
-    Args:
-        motion: The motion.
-        at_ns: The end of a stop or the start of the load's transport, on the site's clock; all later times are delayed.
-        by_ns: The delay.
+    ``at_ns``: the end of a stop or the start of the load's transport, on the site's clock; all later times are delayed.
     """
     if by_ns == 0:
         return motion

@@ -47,9 +47,9 @@ class Assembly:
         """The site."""
         return self._site
 
-    def keep_heading(self, index: int) -> None:
-        """Have tag lines keep the heading of component ``index``, whatever the rules say."""
-        self._kept_headings.add(index)
+    def keep_heading(self, index: int, *, kept: bool = True) -> None:
+        """Have tag lines keep the heading of component ``index`` whatever the rules say, or no longer."""
+        (self._kept_headings.add if kept else self._kept_headings.discard)(index)
 
     def turns_with_jib(self, index: int) -> bool:
         """Return whether component ``index`` turns with the jib if there is room."""
@@ -60,20 +60,22 @@ class Assembly:
         """Edge length of a cell."""
         return self._site.frame.voxel_size_m
 
-    def begin(self, index: int, kept: Kept = ALL_KEPT, *, avoided: tuple[Insertion, ...] = ()) -> Stage | Obstacle:
+    def begin(
+        self, index: int, kept: Kept = ALL_KEPT, *, avoided: tuple[Insertion, ...] | None = None
+    ) -> Stage | Obstacle:
         """Take component ``index`` out of the yard and return the stage of its lift, or why it cannot be planned.
 
         Args:
             index: The component.
             kept: What it keeps of the clearances that give way.
-            avoided: Its last moves are other than these, also when it is begun again with less clearance.
+            avoided: Its last moves are other than these; None: than those given when it was begun last.
         """
         component, place = self._site.components[index], self._preparation.places[index]
         self.skip(index)
         obstacle = self.unsupported(index)
         if obstacle is not None or place is None:
             return obstacle or self._no_place(component)
-        if avoided:
+        if avoided is not None:
             self._avoided[index] = avoided
         return self._stage(component, place, kept, self._avoided.get(index, ()))
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.planning.contact.posed import ALONG, LEVEL, UP, Group, Posed, meets, meets_between, posed
-from bimvox.records.guide import MOST_ASIDE_M, MOST_TILT_RAD, Guide
+from bimvox.records.lift import MOST_ASIDE_M, MOST_TILT_RAD, Guide
 
 _STEP_M = 0.02
 """A step up, and of an end that is tilted."""

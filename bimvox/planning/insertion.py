@@ -33,7 +33,7 @@ from bimvox.planning.contact.sweep import rope_meets
 from bimvox.planning.guided import NoGuide, Pair, find_guide
 from bimvox.planning.known_guides import GuideSought
 from bimvox.planning.search import room_around, which_boxes_free, which_free
-from bimvox.records.guide import MOST_ASIDE_M, MOST_FORCE_N, MOST_TILT_RAD, Guide, side_force_n, swept_box_m
+from bimvox.records.lift import MOST_ASIDE_M, MOST_FORCE_N, MOST_TILT_RAD, Guide, side_force_n, swept_box_m
 from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace, boxes_are_free, hook_is_free, placement_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.parts import centre_of_mass_m

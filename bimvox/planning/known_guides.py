@@ -11,7 +11,7 @@ from math import isfinite
 from typing import NamedTuple
 
 from bimvox.planning.guided import NoGuide
-from bimvox.records.guide import Guide
+from bimvox.records.lift import Guide
 
 
 class GuideSought(NamedTuple):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.env.actions import MOVES
-from bimvox.grid.distinct import distinct
+from bimvox.grid.bricks import distinct
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.propose import Propose, ProposedGreedily
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free

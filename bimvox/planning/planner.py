@@ -1,34 +1,48 @@
-"""The planner: every lift in order, each by what ``bimvox.planning.one_lift`` finds."""
+"""The planner: every lift in order, each by what ``bimvox.planning.one_lift`` finds at its turn.
+
+With several processes, lifts are searched before it is known which parts before them are set. A lift depends on the
+lifts before it only through which of their parts are in place. That is foretold: all are, except those that the crane,
+the yard or a missing support refuses, for which no path is needed. What is found is stored by what it read, so it is
+used only where the parts before it turn out as foretold; from the first that does not, the rest is searched again.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
-from bimvox.planning.ahead import SearchedAhead
 from bimvox.planning.assembly import Assembly
+from bimvox.planning.insertion import Insertion
 from bimvox.planning.one_lift import planned_by, policies_of, unplanned_lift
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.propose import Propose
 from bimvox.planning.rounds import Refusals
 from bimvox.planning.stage import Obstacle
 from bimvox.progress import Report
-from bimvox.records.lift import Lift, LiftPlan, not_lifted
+from bimvox.records.lift import Lift, LiftPlan, Method, not_lifted
 from bimvox.site.means import Means
 from bimvox.site.site import Site
+from bimvox.walk import Store, Walk, at_rest
 from bimvox.workers import ALONE, Workers
 
+_ROUNDS = 3
+"""How often lifts are searched ahead; after that they are searched one by one, each where its turn comes."""
 
-def plan_lifts(  # noqa: PLR0913  (all but the first two are optional, and given by name)
+_FEW = 16
+"""So few lifts are not worth a round."""
+
+
+def plan_lifts(
     site: Site,
     preparation: Preparation,
     *,
     propose: Propose | None = None,
     retrained: Propose | None = None,
-    previous: LiftPlan | None = None,
     refused: Mapping[str, str] | None = None,
-    kept: Mapping[int, Lift] | None = None,
     progress: Report | None = None,
     workers: Workers = ALONE,
+    store: Store | None = None,
 ) -> LiftPlan:
     """Plan every lift of a site.
 
@@ -37,59 +51,155 @@ def plan_lifts(  # noqa: PLR0913  (all but the first two are optional, and given
         preparation: Contacts, order and yard of its geometry.
         propose: The policy; None for search alone.
         retrained: The policy after more training on this site; asked if the first one fails.
-        previous: A plan of the same geometry with other obstructions; a lift whose path is still valid is kept. If it
-            is of the same site, nothing is planned again before the first lift that is refused or missing in it, nor
-            after it while the same parts are in place.
         refused: Components whose lift was planned but not proven, with the reason: they are infeasible. ``Refusals``
             also hold the last moves that others must avoid.
-        kept: Lifts by component that do not change whatever is in the way, from a plan in execution.
         progress: Called with (stage, done, total).
-        workers: Share the work of a plan that begins from nothing.
+        workers: Share the work.
+        store: What was found before is not searched again.
 
     Returns:
         The plan, infeasible lifts included with their reason.
     """
-    before = {lift.component: lift for lift in previous.lifts} if previous else {}
-    policies = policies_of(propose, retrained)
-    assembly = Assembly(site, preparation, one_at_a_time=True)
-    order = preparation.sequence.order
+    store, refused = Store() if store is None else store, {} if refused is None else refused
+    order, policies = preparation.sequence.order, tuple(policies_of(propose, retrained))
     lifts: list[Lift] = []
-    as_before = previous is not None and previous.site is site
-    is_first = previous is None and kept is None and not refused
-    ahead = SearchedAhead(site, preparation, policies, workers if is_first else ALONE, progress)
+    walk = LiftSearch(site, preparation, policies, passed := [])
+    rounds = _ROUNDS if workers.count > 1 and store.is_on else 0
     for number, index in enumerate(order):
-        if site.components[index].means is not Means.CRANE:
-            assembly.finish(index, placed=True)
-            lifts.append(not_lifted(site.components[index], number))
-            continue
-        if kept is not None and index in kept:
-            assembly.skip(index)
-            assembly.finish(index, placed=kept[index].is_set)
-            lifts.append(kept[index])
-            continue
-        name, last = site.components[index].id, before.get(index)
-        avoided, why = refused.avoided_by(name) if isinstance(refused, Refusals) else ((), None)
-        reason = (refused or {}).get(name)
-        keeps_heading = why is not None
-        if keeps_heading:
-            assembly.keep_heading(index)
-        unplanned = unplanned_lift(site, index, number, preparation.places[index])
-        as_before = as_before and last is not None and (last.order, last.place) == (number, unplanned.place)
-        if as_before and last is not None and not avoided and reason is None and not (keeps_heading and last.with_jib):
-            assembly.skip(index)
-            lifts.append(last)
-        elif (found_ahead := ahead.lift(number, lifts)) is not None:
-            assembly.skip(index)
-            lifts.append(found_ahead)
+        component = site.components[index]
+        if component.means is not Means.CRANE:
+            lifts.append(not_lifted(component, number))
         else:
-            stage = assembly.begin(index, avoided=avoided)
-            reason = reason or (why if isinstance(stage, Obstacle) else None)
-            found = stage if reason is None else Obstacle(reason)
-            lifts.append(planned_by(assembly, found, unplanned, last, policies))
-            as_before = as_before and last is not None and last.is_set == lifts[-1].is_set
-        assembly.finish(index, placed=lifts[-1].is_set)
+            wish = _wish(refused, component.id, number)
+            key = walk.key(store, wish)
+            if rounds and not store.has(key) and len(order) - number >= _FEW:
+                rounds -= 1
+                _search_ahead(walk, refused, lifts, store, workers, progress)
+            lifts.append(store.once(key, lambda wish=wish: walk.steps([wish])[0]))  # type: ignore[misc]
+        passed.append(lifts[-1].is_set)
         if progress is not None:
             progress("lifts", number + 1, len(order))
+    at_rest(LiftSearch)
     sequence = preparation.sequence
     unheld = tuple(site.components[i].id for i in sequence.unheld)
     return LiftPlan(site, tuple(lifts), preparation.contacts.clashes, sequence.notes, unheld)
+
+
+class Wish(NamedTuple):
+    """How a lift is to be found.
+
+    Attributes:
+        number: Its order.
+        reason: Why it is refused; None if it is not.
+        why: Why its first ways were refused; None if none was.
+        avoided: The last moves that it must not take.
+    """
+
+    number: int
+    reason: str | None = None
+    why: str | None = None
+    avoided: tuple[Insertion, ...] = ()
+
+
+def _wish(refused: Mapping[str, str], name: str, number: int) -> Wish:
+    avoided, why = refused.avoided_by(name) if isinstance(refused, Refusals) else ((), None)
+    return Wish(number, refused.get(name), why, avoided)
+
+
+def _search_ahead(
+    walk: LiftSearch,
+    refused: Mapping[str, str],
+    before: Sequence[Lift],
+    store: Store,
+    workers: Workers,
+    progress: Report | None,
+) -> None:
+    """Store the lifts after some, searched by all processes as if the parts before each were set as foretold."""
+    site, order = walk.site, walk.preparation.sequence.order
+    ahead = LiftSearch(site, walk.preparation, walk.policies, foretold(site, walk.preparation, before))
+    parts = [(n, site.components[order[n]]) for n in range(len(before), len(order))]
+    wishes = [_wish(refused, part.id, n) for n, part in parts if part.means is Means.CRANE]
+
+    def tell(done: int, of: int) -> None:
+        if progress is not None:
+            progress("lifts", len(order) * done // of, len(order))
+
+    ahead.found(wishes, store, workers, tell)
+
+
+@dataclass(frozen=True, eq=False)
+class LiftSearch(Walk[Assembly, Wish, Lift]):
+    """Searches the lifts of a plan.
+
+    Attributes:
+        site: The site.
+        preparation: What was prepared for it.
+        policies: The policies to ask.
+        is_set: By order, whether the part is set before later ones: those that are decided, or foretold.
+    """
+
+    site: Site
+    preparation: Preparation
+    policies: tuple[tuple[Propose, Method], ...]
+    is_set: Sequence[bool]
+
+    @property
+    def passed(self) -> Sequence[bool]:
+        """By order, whether the part is set."""
+        return self.is_set
+
+    @property
+    def roots(self) -> tuple[object, ...]:
+        """The site and what was prepared for it."""
+        return self.site, self.preparation
+
+    def begin(self) -> Assembly:
+        """Return the site before the first lift."""
+        return Assembly(self.site, self.preparation, one_at_a_time=True)
+
+    def go_past(self, state: Assembly, turn: int, until: int) -> None:
+        """Set the part of a lift, or leave it in the yard."""
+        index = self.preparation.sequence.order[turn]
+        if self.site.components[index].means is Means.CRANE:
+            state.skip(index)
+        state.finish(index, placed=self.is_set[turn])
+
+    def turn_of(self, task: Wish) -> int:
+        """Return the order of the lift."""
+        return task.number
+
+    def read(self, task: Wish) -> tuple[object, ...]:
+        """Return the wish and the policies."""
+        return task, self.policies
+
+    def step(self, state: Assembly, task: Wish) -> Lift:
+        """Return a lift."""
+        number, reason, why, avoided = task
+        index = self.preparation.sequence.order[number]
+        unplanned = unplanned_lift(self.site, index, number, self.preparation.places[index])
+        state.keep_heading(index, kept=why is not None)
+        stage = state.begin(index, avoided=avoided)
+        reason = reason or (why if isinstance(stage, Obstacle) else None)
+        return planned_by(state, stage if reason is None else Obstacle(reason), unplanned, None, self.policies)
+
+
+def foretold(site: Site, preparation: Preparation, before: Sequence[Lift]) -> tuple[bool, ...]:
+    """Return for every lift whether its part will be set, if every path that is needed is found.
+
+    Args:
+        site: The site.
+        preparation: What was prepared for it.
+        before: The first lifts of the plan, which are known.
+    """
+    assembly = Assembly(site, preparation)
+    found: list[bool] = []
+    for number, index in enumerate(preparation.sequence.order):
+        is_set = True
+        if number < len(before):
+            is_set = before[number].is_set
+        elif site.components[index].means is Means.CRANE:
+            obstacle = assembly.unsupported(index)
+            is_set = obstacle is None or (site.rules.by_other_means and not obstacle.is_unsupported)
+        assembly.finish(index, placed=is_set)
+        found.append(is_set)
+    return tuple(found)

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from math import hypot
 
-from bimvox.crane.load_chart import capacity_kg
+from bimvox.crane.load_chart import capacity_kg, wind_force_n
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.crane.wind import wind_force_n
 from bimvox.site.access import unloading_columns
 from bimvox.site.component import Component
 from bimvox.site.governing_wind import permitted_for

@@ -10,9 +10,8 @@ from typing import TypeVar
 
 from bimvox.errors import NoPlanError, VerificationError
 from bimvox.planning.insertion import Insertion
-from bimvox.records.lift import Lift, Status
+from bimvox.records.lift import HOOK_CANNOT_LEAVE, NOT_PROVEN, NOT_PROVEN_TOGETHER, Lift, Status
 from bimvox.records.proof import Check, Verification
-from bimvox.records.reasons import HOOK_CANNOT_LEAVE, NOT_PROVEN, NOT_PROVEN_TOGETHER
 from bimvox.site.site import Site
 
 T = TypeVar("T")

@@ -12,16 +12,13 @@ from bimvox.planning.preparation import Preparation
 from bimvox.planning.propose import Propose
 from bimvox.planning.rollout import GREEDY, proposer
 from bimvox.policy import store
-from bimvox.policy.checkpoint import Checkpoint
 from bimvox.policy.config import DqnConfig, adapting
-from bimvox.policy.evaluate import success_at_least
 from bimvox.policy.generalist.weights import generalist_record, load_generalist
-from bimvox.policy.manifest import PolicyManifest
+from bimvox.policy.manifest import CurvePoint, PolicyManifest, TrainedPolicy, TrainingStart, outline_of
 from bimvox.policy.network import QNetwork
 from bimvox.policy.site_lessons import training_problems
-from bimvox.policy.site_outline import outline_of
-from bimvox.policy.train import train
-from bimvox.policy.trained import CurvePoint, TrainedPolicy, TrainingStart
+from bimvox.policy.store import Checkpoint
+from bimvox.policy.train import success_at_least, train
 from bimvox.progress import Progress
 from bimvox.site.site import Site
 

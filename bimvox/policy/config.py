@@ -9,10 +9,9 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.env.dynamics import StepLimit
-from bimvox.env.names import named
-from bimvox.env.reward import REWARDS
-from bimvox.env.starts import TRAINING_MIX, StartMix
+from bimvox.env.actions import named
+from bimvox.env.dynamics import REWARDS, StepLimit
+from bimvox.env.pool import TRAINING_MIX, StartMix
 from bimvox.errors import PolicyError
 
 C = TypeVar("C", bound="DqnChoices")

@@ -18,21 +18,93 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 import torch
+from gymnasium import spaces
 from numpy.typing import NDArray
 from stable_baselines3 import DQN
 from stable_baselines3.common.logger import Logger
+from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from stable_baselines3.dqn.policies import DQNPolicy
 from stable_baselines3.dqn.policies import QNetwork as TorchQNetwork
 from torch.nn import functional
 
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.batched import BatchedLiftEnv
+from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
+from bimvox.env.observation import INPUT_SIZE, NEIGHBOURS, VIEW_SIZE
+from bimvox.errors import PolicyError
 from bimvox.policy.config import DqnChoices, DqnConfig
-from bimvox.policy.device import device_named
-from bimvox.policy.framed_policy import FramedPolicy, FramedQNetwork
 from bimvox.policy.network import QNetwork
 from bimvox.policy.replay import Transitions, ViewReplay
 from bimvox.policy.vec_env import BatchVecEnv
+
+
+def device_named(name: str) -> torch.device:
+    """Return a device after a computation on it.
+
+    If the requested GPU is missing, stable-baselines3 silently uses the processor; for ``auto`` it takes any GPU. The
+    weights depend on the device, so their record must name the device on which they were trained.
+
+    Args:
+        name: As torch names it: ``cpu``, ``cuda``, ``cuda:1``.
+
+    Raises:
+        PolicyError: Torch does not know the device, or this machine or build of torch does not have it.
+    """
+    try:
+        device = torch.device(name)
+        torch.zeros(1, device=device).item()
+    except (RuntimeError, AssertionError) as error:  # a build of torch without CUDA answers with an AssertionError
+        raise PolicyError(
+            f"device {name!r} cannot be trained on: {str(error).splitlines()[0]}",
+            differs={"device": name},
+            hint="cpu is always available; cuda needs an NVIDIA GPU, its driver and a build of torch for it",
+        ) from error
+    return device
+
+
+class _ViewExtractor(BaseFeaturesExtractor):
+    """The view without its frame."""
+
+    def __init__(self, observation_space: spaces.Space[Any]) -> None:
+        super().__init__(observation_space, INPUT_SIZE)
+
+    def forward(self, observations: torch.Tensor) -> torch.Tensor:
+        """Return (N, INPUT_SIZE) of (N, VIEW_SIZE)."""
+        return observations[:, :INPUT_SIZE]
+
+
+class _FramedQNetwork(TorchQNetwork):
+    """A multilayer perceptron in the view's frame, its values converted to the site's actions."""
+
+    def forward(self, obs: Any) -> torch.Tensor:
+        """Return (N, 6) values of the site's actions."""
+        values: torch.Tensor = self.q_net(obs[:, :INPUT_SIZE])
+        return values.gather(1, _frame_actions(obs))
+
+    def blocked(self, obs: torch.Tensor) -> torch.Tensor:
+        """Return (N, 6) bool: whether the view shows each of the site's actions as blocked."""
+        return (obs[:, list(NEIGHBOURS)] > 0.5).gather(1, _frame_actions(obs))
+
+
+class FramedPolicy(DQNPolicy):
+    """DQN's policy over views."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **{**kwargs, "features_extractor_class": _ViewExtractor})
+
+    def make_q_net(self) -> TorchQNetwork:
+        """Return a Q-network."""
+        return _FramedQNetwork(**self._update_features_extractor(self.net_args, features_extractor=None)).to(
+            self.device
+        )
+
+
+def _frame_actions(observations: torch.Tensor) -> torch.Tensor:
+    """Return (N, 6) int64: which of the frame's actions each action of the site is."""
+    table = torch.as_tensor(FRAME_ACTIONS.copy(), device=observations.device)
+    rows = (observations[:, VIEW_SIZE - 1] * (FRAME_COUNT - 1)).round().long().clamp(0, FRAME_COUNT - 1)
+    return table[rows]
+
 
 _NEVER = -1e9
 
@@ -240,7 +312,7 @@ class BatchDqn(DQN):
 
 def _blocked(q_net: TorchQNetwork, views: torch.Tensor) -> torch.Tensor | None:
     """Return (N, 6) bool: the site's actions that the views show as blocked. None if they do not show it."""
-    return q_net.blocked(views) if isinstance(q_net, FramedQNetwork) else None
+    return q_net.blocked(views) if isinstance(q_net, _FramedQNetwork) else None
 
 
 def _free_values(q_net: TorchQNetwork, views: torch.Tensor) -> torch.Tensor:

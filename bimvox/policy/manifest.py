@@ -1,23 +1,191 @@
-"""The manifest of a stored policy."""
+"""The manifest of a stored policy: what was learned, how, and on which site."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from bimvox.env.observation import VIEW_NAME as OBSERVATION_NAME
 from bimvox.env.observation import VIEW_SIZE as OBSERVATION_SIZE
 from bimvox.errors import PolicyError
+from bimvox.grid.frame import Label
 from bimvox.policy.config import DqnConfig, config_from_dict
-from bimvox.policy.site_outline import SiteOutline, outline_from_dict
-from bimvox.policy.trained import CurvePoint, TrainedPolicy
+from bimvox.policy.network import QNetwork
+from bimvox.site.site import Site
 
-FORMAT_VERSION = 3
+BLOCKS = (8, 8, 4)
+"""Blocks of the sketch along x, y and z, for any site."""
+
+
+@dataclass(frozen=True, slots=True)
+class SiteOutline:
+    """A site in a few numbers, without its obstructions, which change.
+
+    Attributes:
+        shape_vox: (X, Y, Z) cells of the grid.
+        voxel_size_m: Edge of a cell.
+        components: Number of lifted parts.
+        longest_vox: Longest edge of their bounding boxes.
+        rope: Whether the rope above a load must be free.
+        sketch: Share of every block filled by the finished building and the structure, 0 to 255, as hexadecimal digits
+            (x slowest, z fastest).
+    """
+
+    shape_vox: tuple[int, int, int]
+    voxel_size_m: float
+    components: int
+    longest_vox: int
+    rope: bool
+    sketch: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {**asdict(self), "shape_vox": list(self.shape_vox)}
+
+
+def outline_of(site: Site) -> SiteOutline:
+    """Return the outline of a site."""
+    filled = site.labels == Label.STRUCTURE
+    for component in site.components:
+        cells = component.shape.cells + np.array(component.target_vox)
+        filled[tuple(cells.T)] = True
+    return SiteOutline(
+        site.shape,
+        site.frame.voxel_size_m,
+        len(site.components),
+        max(max(component.shape.size_vox) for component in site.components),
+        bool(site.cranes) and site.rules.rope,
+        _sketch(filled).tobytes().hex(),
+    )
+
+
+def outline_from_dict(plain: Mapping[str, Any]) -> SiteOutline:
+    """Return the outline of :meth:`SiteOutline.to_dict`.
+
+    Raises:
+        PolicyError: A key is missing or unknown, or a value is impossible.
+    """
+    try:
+        x, y, z = (int(n) for n in plain["shape_vox"])
+        outline = SiteOutline(**{**plain, "shape_vox": (x, y, z)})
+        sketch = bytes.fromhex(outline.sketch)
+        possible = min(x, y, z, outline.components, outline.longest_vox) > 0 and outline.voxel_size_m > 0
+    except (KeyError, TypeError, ValueError) as error:
+        raise PolicyError(f"the outline of the policy's site cannot be read: {error}") from error
+    if len(sketch) != math.prod(BLOCKS) or not possible:
+        raise PolicyError("the outline of the policy's site holds impossible values")
+    return outline
+
+
+def distance(a: SiteOutline, b: SiteOutline) -> float:
+    """Return the distance of two sites: 0 for equal outlines, about 1 for sites with little in common.
+
+    It is the sum of: the mean difference of the sketches (0 to 1); the mean logarithmic ratio (base 2) of the grids'
+    edges; that of the cells; a quarter of those of the number of parts and of the longest part; 1 if only one has a
+    rope rule. It is a metric, because each term is one.
+    """
+    edges = np.mean([abs(math.log2(p / q)) for p, q in zip(a.shape_vox, b.shape_vox, strict=True)])
+    cell = abs(math.log2(a.voxel_size_m / b.voxel_size_m))
+    parts = abs(math.log2(a.components / b.components)) + abs(math.log2(a.longest_vox / b.longest_vox))
+    sketches = np.mean(np.abs(_shares(a) - _shares(b)))
+    return float(sketches + edges + cell + 0.25 * parts + (a.rope != b.rope))
+
+
+def _shares(outline: SiteOutline) -> NDArray[np.float64]:
+    return np.frombuffer(bytes.fromhex(outline.sketch), np.uint8) / 255.0
+
+
+def _sketch(filled: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """Return (8, 8, 4) uint8 shares; sites smaller than the blocks repeat cells."""
+    table = np.zeros(np.array(filled.shape) + 1, np.int64)
+    table[1:, 1:, 1:] = filled.cumsum(0).cumsum(1).cumsum(2)
+    bounds = []
+    for size, blocks in zip(filled.shape, BLOCKS, strict=True):
+        low = np.arange(blocks) * size // blocks
+        high = np.maximum(low + 1, (np.arange(blocks) + 1) * size // blocks)
+        bounds.append((low, high))
+    sums = np.zeros(BLOCKS, np.int64)
+    for corner in range(8):
+        ends = [bound[(corner >> axis) & 1] for axis, bound in enumerate(bounds)]
+        sums += (-1) ** (3 - corner.bit_count()) * table[np.ix_(*ends)]
+    volumes = np.prod(np.meshgrid(*[high - low for low, high in bounds], indexing="ij"), axis=0)
+    shares: NDArray[np.uint8] = np.round(255.0 * sums / volumes).astype(np.uint8)
+    return shares
+
+
+class CurvePoint(NamedTuple):
+    """One test during training.
+
+    Attributes:
+        steps: Environment steps so far.
+        success_rate: Share of the tested starts from which the target was reached.
+        length_ratio: Mean of path / shortest path over the successful ones; 0 if there are none.
+    """
+
+    steps: int
+    success_rate: float
+    length_ratio: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrainedPolicy:
+    """A policy and how it was trained.
+
+    Attributes:
+        network: The best network tested.
+        curve: Every test, the last one included.
+        steps: Environment steps taken in all.
+        success_rate: Of ``network``, in its test.
+        length_ratio: Of ``network``, in its test.
+        tested: Number of starts of that test.
+        config: The choices.
+        seed: The seed.
+        parent: Id of the policy that training started from, if any.
+        budget: Environment steps allowed. None if a time limit ended the training or it was resumed, so that the same
+            choices may not reproduce it.
+    """
+
+    network: QNetwork
+    curve: tuple[CurvePoint, ...]
+    steps: int
+    success_rate: float
+    length_ratio: float
+    tested: int
+    config: DqnConfig
+    seed: int
+    parent: str | None = None
+    budget: int | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrainingStart:
+    """Where a training starts; from scratch without arguments.
+
+    Attributes:
+        network: Network to start from. It is tested first, and returned as it is if it is good enough.
+        parent: Its id, for the record.
+        resumed: A checkpoint of an interrupted training with the same problems, config, seed and parent. Its steps
+            count as used, and its curve is continued.
+    """
+
+    network: QNetwork | None = None
+    parent: str | None = None
+    resumed: TrainedPolicy | None = None
+
+
+FROM_SCRATCH = TrainingStart()
+
+
+_FORMAT_VERSION = 3
 """Increased when the meaning of a stored policy changes. 2: the outline of the site; 3: the training's budget. Older
 versions are read without them."""
 
@@ -32,7 +200,7 @@ class PolicyManifest:
 
     Attributes:
         id: Hash of the weights and of everything below: 16 hexadecimal digits.
-        format_version: ``FORMAT_VERSION`` of the version that wrote it.
+        format_version: ``_FORMAT_VERSION`` of the version that wrote it.
         geometry_key: Digest of the site's geometry for which it was trained.
         observation: ``OBSERVATION_NAME`` with which it was trained.
         observation_size: Entries of that vector.
@@ -100,7 +268,7 @@ def manifest_of(policy: TrainedPolicy, geometry_key: str, site: SiteOutline | No
     """Return the manifest of a policy, a site and the bytes of its weights."""
     manifest = PolicyManifest(
         id="",
-        format_version=FORMAT_VERSION,
+        format_version=_FORMAT_VERSION,
         geometry_key=geometry_key,
         observation=OBSERVATION_NAME,
         observation_size=OBSERVATION_SIZE,
@@ -147,10 +315,10 @@ def manifest_from_dict(plain: Any) -> PolicyManifest:
     if not isinstance(plain, dict):
         raise PolicyError("the manifest is not a JSON object")
     written = plain.get("format_version")
-    if not isinstance(written, int) or written not in range(1, FORMAT_VERSION + 1):
+    if not isinstance(written, int) or written not in range(1, _FORMAT_VERSION + 1):
         raise PolicyError(
-            f"the policy has format version {written!r}; this version reads 1 to {FORMAT_VERSION}",
-            differs={"format_version": (written, FORMAT_VERSION)},
+            f"the policy has format version {written!r}; this version reads 1 to {_FORMAT_VERSION}",
+            differs={"format_version": (written, _FORMAT_VERSION)},
         )
     names = {name for name in PolicyManifest.__dataclass_fields__ if written >= _SINCE.get(name, 1)}
     if set(plain) != names:

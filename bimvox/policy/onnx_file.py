@@ -14,9 +14,9 @@ from bimvox.env.observation import INPUT_SIZE, VIEW_SIZE
 from bimvox.errors import PolicyError
 from bimvox.policy.network import QNetwork
 
-OPSET = 17
+_OPSET = 17
 """Of the standard operators: read by every runtime since 2022, and Gemm and Relu have not changed since."""
-INPUT, OUTPUT = "observation", "action_values"
+_INPUT, _OUTPUT = "observation", "action_values"
 _CHECKED = 256
 _TOLERANCE = 1e-5
 
@@ -56,8 +56,8 @@ def onnx_bytes(network: QNetwork, facts: Mapping[str, str]) -> bytes:
         )
     ]
     nodes = [
-        helper.make_node("Slice", [INPUT, "first", "inputs", "columns"], ["seen"]),
-        helper.make_node("Slice", [INPUT, "inputs", "view", "columns"], ["share"]),
+        helper.make_node("Slice", [_INPUT, "first", "inputs", "columns"], ["seen"]),
+        helper.make_node("Slice", [_INPUT, "inputs", "view", "columns"], ["share"]),
         helper.make_node("Mul", ["share", "frames"], ["scaled"]),
         helper.make_node("Round", ["scaled"], ["rounded"]),
         helper.make_node("Clip", ["rounded", "lowest", "frames"], ["clipped"]),
@@ -76,22 +76,22 @@ def onnx_bytes(network: QNetwork, facts: Mapping[str, str]) -> bytes:
         if layer != last:
             nodes.append(helper.make_node("Relu", [summed], [f"hidden{layer}"]))
             value = f"hidden{layer}"
-    nodes.append(helper.make_node("GatherElements", [f"sum{last}", "order"], [OUTPUT], axis=1))
+    nodes.append(helper.make_node("GatherElements", [f"sum{last}", "order"], [_OUTPUT], axis=1))
     sizes = network.layer_sizes
     graph = helper.make_graph(
         nodes,
         "bimvox-policy",
-        [helper.make_tensor_value_info(INPUT, TensorProto.FLOAT, ["batch", VIEW_SIZE])],
-        [helper.make_tensor_value_info(OUTPUT, TensorProto.FLOAT, ["batch", sizes[-1]])],
+        [helper.make_tensor_value_info(_INPUT, TensorProto.FLOAT, ["batch", VIEW_SIZE])],
+        [helper.make_tensor_value_info(_OUTPUT, TensorProto.FLOAT, ["batch", sizes[-1]])],
         constants,
     )
     model = helper.make_model(
-        graph, producer_name="bimvox", opset_imports=[helper.make_opsetid("", OPSET)], ir_version=8
+        graph, producer_name="bimvox", opset_imports=[helper.make_opsetid("", _OPSET)], ir_version=8
     )
     helper.set_model_props(model, dict(sorted(facts.items())))
     onnx.checker.check_model(model, full_check=True)
     asked = np.random.default_rng(0).uniform(-1.0, 1.0, (_CHECKED, VIEW_SIZE)).astype(np.float32)
-    (found,) = ReferenceEvaluator(model).run([OUTPUT], {INPUT: asked})
+    (found,) = ReferenceEvaluator(model).run([_OUTPUT], {_INPUT: asked})
     wanted = network(asked)
     worst = float(np.abs(found - wanted).max() / max(1.0, float(np.abs(wanted).max())))
     if not worst <= _TOLERANCE:

@@ -11,7 +11,7 @@ from stable_baselines3.common.buffers import BaseBuffer
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.policy.config import DqnChoices
 
-LEAST_ERROR = 0.01
+_LEAST_ERROR = 0.01
 """Added to every error, so that a transition without error is still drawn sometimes."""
 
 
@@ -132,7 +132,7 @@ class ViewReplay(BaseBuffer):
     def note_errors(self, rows: torch.Tensor, errors: torch.Tensor) -> None:
         """Set the shares of some rows from their (N, 1) errors."""
         if self._priority:
-            self._shares[rows] = (errors[:, 0].double() + LEAST_ERROR) ** self._priority
+            self._shares[rows] = (errors[:, 0].double() + _LEAST_ERROR) ** self._priority
 
     def _get_samples(self, batch_inds: Any, env: Any = None) -> Transitions:  # type: ignore[override]
         """Return the transitions of some rows."""

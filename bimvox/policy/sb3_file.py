@@ -22,9 +22,8 @@ from stable_baselines3.common.logger import Logger
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.observation import VIEW_SIZE
 from bimvox.errors import PolicyError
-from bimvox.grid.archive import BROKEN_ZIP
-from bimvox.policy.dqn import load_network
-from bimvox.policy.framed_policy import FramedPolicy
+from bimvox.grid.layout import BROKEN_ZIP
+from bimvox.policy.dqn import FramedPolicy, load_network
 from bimvox.policy.network import QNetwork, network_from_arrays
 
 _WEIGHTS = "policy.pth"

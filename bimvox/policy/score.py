@@ -21,12 +21,12 @@ from bimvox.planning.rollout import (
     roll_out_all,
     roll_out_starts,
 )
-from bimvox.policy.evaluate import success_at_least
-from bimvox.policy.generalist.frozen import ProblemSet, digest_of, frozen_problem, problem_sets, set_digest
+from bimvox.policy.generalist.suite import ProblemSet, digest_of, frozen_problem, problem_sets, set_digest
 from bimvox.policy.score_document import PolicyScore, SetScore, WayScore
+from bimvox.policy.train import success_at_least
 from bimvox.progress import Progress
 
-NO_GUARD = Guard(factor=0.0, slack=-1, reach_vox=-2, cost=0.0, visit_cost=0.0)
+_NO_GUARD = Guard(factor=0.0, slack=-1, reach_vox=-2, cost=0.0, visit_cost=0.0)
 """The free move of the highest value, whatever was visited before."""
 
 WITHOUT_A_WAY = "unsolvable"
@@ -37,7 +37,7 @@ _AT_ONCE = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Tried:
+class _Tried:
     """One problem tried in one way.
 
     Attributes:
@@ -93,8 +93,8 @@ def score(
 
 def _of_set(values: Values | TowardsTarget, one: ProblemSet, count: int, progress: Progress) -> SetScore:
     digests: list[str] = []
-    alone: list[Tried] = []
-    guarded: list[Tried] = []
+    alone: list[_Tried] = []
+    guarded: list[_Tried] = []
     with progress.stage(f"scoring {one.name}", count):
         for first in range(0, count, _AT_ONCE):
             problems = [frozen_problem(one, number) for number in range(first, min(count, first + _AT_ONCE))]
@@ -115,14 +115,14 @@ def _of_set(values: Values | TowardsTarget, one: ProblemSet, count: int, progres
 
 def _without_guard(values: Values | TowardsTarget, lifts: Sequence[LiftProblem]) -> Sequence[Rollout]:
     starts = np.array([lift.start_vox for lift in lifts], np.int32)
-    return roll_out_starts(values, lifts, np.arange(len(lifts)), starts, limit=PLAN_LIMIT, guard=NO_GUARD)
+    return roll_out_starts(values, lifts, np.arange(len(lifts)), starts, limit=PLAN_LIMIT, guard=_NO_GUARD)
 
 
-def _tried(rollout: Rollout, shortest: int) -> Tried:
-    return Tried(len(rollout.path_vox) - 1 if rollout.arrived else None, rollout.steps, shortest)
+def _tried(rollout: Rollout, shortest: int) -> _Tried:
+    return _Tried(len(rollout.path_vox) - 1 if rollout.arrived else None, rollout.steps, shortest)
 
 
-def _summary(tried: Sequence[Tried]) -> WayScore:
+def _summary(tried: Sequence[_Tried]) -> WayScore:
     ratios = [one.moves / one.shortest for one in tried if one.moves is not None]
     count, arrived = len(tried), len(ratios)
     return WayScore(

@@ -8,24 +8,24 @@ from pydantic import Field
 
 from bimvox.site.config.validation import Table, Text, Whole
 
-Count = Annotated[Whole, Field(ge=0)]
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
-Ratio = Annotated[float, Field(ge=0.0)]
-Sha256 = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+_Count = Annotated[Whole, Field(ge=0)]
+_Share = Annotated[float, Field(ge=0.0, le=1.0)]
+_Ratio = Annotated[float, Field(ge=0.0)]
+_Sha256 = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 
 
 class WayScore(Table):
     """How a policy did in one way."""
 
-    arrived: Count
+    arrived: _Count
     """Problems on which it reached the target."""
-    success: Share
+    success: _Share
     """Their share."""
-    interval: tuple[Share, Share]
+    interval: tuple[_Share, _Share]
     """Exact two-sided 95 % interval of that share (Clopper and Pearson)."""
-    moves_per_shortest: Ratio | None
+    moves_per_shortest: _Ratio | None
     """Mean of path moves (loops cut) / fewest moves, over those that arrived; null if none did."""
-    made_per_shortest: Ratio
+    made_per_shortest: _Ratio
     """Mean of moves made, in all tries, / fewest moves, over all problems."""
 
 
@@ -36,7 +36,7 @@ class SetScore(Table):
     """Name of the set."""
     problems: Annotated[Whole, Field(ge=1)]
     """How many of them, from the first on."""
-    digest: Sha256
+    digest: _Sha256
     """SHA-256 of their digests, one a line: equal digests, equal problems."""
     alone: WayScore
     """By the free move of the highest value."""
@@ -56,7 +56,7 @@ class PolicyScore(Table):
     observation: Text
     """Name of what the policy observes."""
     share: Annotated[float, Field(gt=0.0, le=1.0)]
-    """Share of each set, from its first problem on."""
+    """_Share of each set, from its first problem on."""
     sets: Annotated[tuple[SetScore, ...], Field(min_length=1)]
     """Scores by set."""
 

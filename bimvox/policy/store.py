@@ -26,11 +26,15 @@ from safetensors import SafetensorError
 from safetensors.numpy import load as arrays_from_bytes
 from safetensors.numpy import save as bytes_from_arrays
 
-from bimvox.errors import PolicyError
+from bimvox.errors import FileError, PolicyError
 from bimvox.files import read_input, status_of
+from bimvox.policy.config import DqnConfig
 from bimvox.policy.manifest import (
     PolicyManifest,
+    SiteOutline,
+    TrainedPolicy,
     canonical_json,
+    distance,
     id_of,
     is_id,
     manifest_from_dict,
@@ -38,8 +42,6 @@ from bimvox.policy.manifest import (
     require_fit,
 )
 from bimvox.policy.network import QNetwork, network_from_arrays
-from bimvox.policy.site_outline import SiteOutline, distance
-from bimvox.policy.trained import TrainedPolicy
 
 STORE_VARIABLE = "BIMVOX_POLICIES"
 WEIGHTS_FILE = "weights.safetensors"
@@ -331,3 +333,52 @@ def _rename(temporary: Path, place: Path) -> None:
     except OSError:
         if not place.is_dir():
             raise
+
+
+class Checkpoint:
+    """The best policy of a running training, kept next to the policy store until the training ends.
+
+    Its name is a hash of the arguments, so another training does not find it.
+
+    Args:
+        geometry_key: Digest of the site.
+        config: The choices.
+        seed: The seed.
+        parent: Id of the initial policy. None if the training starts from scratch.
+        budget: Environment steps.
+    """
+
+    def __init__(self, geometry_key: str, config: DqnConfig, seed: int, parent: str | None, budget: int) -> None:
+        identity = json.dumps([geometry_key, config.to_dict(), seed, parent, budget], sort_keys=True)
+        folder = store_folder()
+        name = hashlib.sha256(identity.encode()).hexdigest()[:16]
+        self._geometry_key = geometry_key
+        self.folder = folder.with_name(f"{folder.name}-unfinished") / name
+
+    def save(self, policy: TrainedPolicy) -> None:
+        """Replace the checkpoint, completely or not at all."""
+        parent = self.folder.parent
+        try:
+            parent.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryDirectory(prefix=".writing-", dir=parent) as temporary:
+                save(policy, self._geometry_key, folder=Path(temporary) / "new")
+                old = Path(temporary) / "old"
+                if self.folder.exists():
+                    self.folder.rename(old)
+                (Path(temporary) / "new").rename(self.folder)
+        except OSError as error:
+            raise FileError(self.folder, f"the checkpoint could not be written: {error}") from error
+
+    def load(self) -> TrainedPolicy | None:
+        """Return the checkpoint. None if there is none that this version can use."""
+        names = sorted(place.name for place in self.folder.iterdir()) if self.folder.is_dir() else []
+        if len(names) != 1:
+            return None
+        try:
+            return load(names[0], folder=self.folder).trained
+        except PolicyError:
+            return None
+
+    def remove(self) -> None:
+        """Remove the checkpoint, at the end of the training."""
+        shutil.rmtree(self.folder, ignore_errors=True)

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 from bimvox.errors import FileError
-from bimvox.policy.trained import CurvePoint
+from bimvox.policy.manifest import CurvePoint
 
 FILE_NAME = "events.out.tfevents.0.bimvox"
 """TensorBoard reads files with ``tfevents`` in their name."""

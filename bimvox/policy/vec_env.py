@@ -1,20 +1,21 @@
-"""Batched environments behind stable-baselines3's ``VecEnv``."""
+"""Batched environments behind stable-baselines3's ``VecEnv``, and tests at intervals during a training."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
 import gymnasium
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
 
 from bimvox.env.actions import ACTION_COUNT
 
 
-class Step(Protocol):
+class _Step(Protocol):
     """A step of N environments. Its arrays hold until the step after the next."""
 
     @property
@@ -46,7 +47,7 @@ class Step(Protocol):
         """(N, 6) value of each action before the step by the distance field; empty without a teacher."""
 
 
-class Batch(Protocol):
+class _Batch(Protocol):
     """N environments that one kernel call steps."""
 
     @property
@@ -63,7 +64,7 @@ class Batch(Protocol):
     def reset(self) -> NDArray[np.float32]:
         """Begin N episodes and return their observations."""
 
-    def step(self, actions: ArrayLike) -> Step:
+    def step(self, actions: ArrayLike) -> _Step:
         """Take one action in each."""
 
     def chosen_actions(self, values: NDArray[np.float32]) -> NDArray[np.int64]:
@@ -84,9 +85,9 @@ class BatchVecEnv(VecEnv):
         batch: The environments.
     """
 
-    def __init__(self, batch: Batch) -> None:
+    def __init__(self, batch: _Batch) -> None:
         self.batch = batch
-        self.last_step: Step | None = None
+        self.last_step: _Step | None = None
         self.render_mode = None
         self._actions: NDArray[np.int64] = np.zeros(batch.count, np.int64)
         super().__init__(batch.count, batch.observation_space, gymnasium.spaces.Discrete(ACTION_COUNT))
@@ -140,3 +141,28 @@ class BatchVecEnv(VecEnv):
     ) -> list[bool]:
         """Return False for each: none is wrapped."""
         return [False for _ in self._get_indices(indices)]
+
+
+class TestsAtIntervals(BaseCallback):
+    """Tests during one call of ``learn``: calling it in slices would restart the exploration schedule.
+
+    Args:
+        test: Called with the steps so far every ``interval`` steps and at the end of the budget; training stops if it
+            returns True.
+        interval: Environment steps between two tests.
+        budget: Environment steps.
+        done: Steps already taken by an interrupted training.
+    """
+
+    def __init__(self, test: Callable[[int], bool], interval: int, budget: int, done: int = 0) -> None:
+        super().__init__()
+        self._test = test
+        self._interval = interval
+        self._budget = budget
+        self._next = done + interval
+
+    def _on_step(self) -> bool:
+        if self.num_timesteps < min(self._next, self._budget):
+            return True
+        self._next += self._interval
+        return not self._test(self.num_timesteps)

@@ -13,8 +13,7 @@ import numpy as np
 
 from bimvox.proof.moment import NO_SOLID, Moment, Thing, fixed_things, set_thing, stored_thing
 from bimvox.records.lift import Lift, LiftPlan, Status
-from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import LiftMotion, PhaseName, Trajectory
 from bimvox.site.component import Component
 from bimvox.site.site import Site
 

@@ -21,9 +21,8 @@ from numpy.typing import NDArray
 from bimvox.crane.kinematics import hook_of, joint_limits, joint_names, joints_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.crane.pendulum import hanging_m, swung_on
-from bimvox.records.carried_out import CarriedOut, OtherKind, Tally
 from bimvox.records.lift import Lift, LiftPlan
-from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.motion import CarriedOut, LiftMotion, OtherKind, PhaseName, Tally
 from bimvox.records.proof import Check
 from bimvox.site.component import StoredPose
 from bimvox.site.lifting import crane_for

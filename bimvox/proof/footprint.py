@@ -33,8 +33,7 @@ from bimvox.proof.hook import jib_cell, reaches_jib, tallest_met
 from bimvox.proof.space import Line, positions_of, whole_cells
 from bimvox.proof.swing import swung_placements
 from bimvox.records.lift import Lift, YardPlace
-from bimvox.records.motion import LiftMotion
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site

@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 
 from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.moment import NO_SOLID, Thing, beside, near_and_far
-from bimvox.records.guide import (
+from bimvox.records.lift import (
     ASIDE_RATE_M_S,
     MOST_ASIDE_M,
     MOST_FORCE_N,
     MOST_TILT_RAD,
     TILT_RATE_RAD_S,
     Guide,
+    Lift,
     side_force_n,
     swept_box_m,
 )
-from bimvox.records.lift import Lift
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for

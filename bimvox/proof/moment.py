@@ -68,43 +68,60 @@ class Moment:
     arrived: frozenset[Thing] = frozenset()
 
 
+class Standing:
+    """What stands and lies on the site before each lift of a plan, one lift after the other.
+
+    Args:
+        plan: The plan.
+        context: Lifts of the same plan that it does not contain (it is an extract).
+    """
+
+    def __init__(self, plan: LiftPlan, context: Collection[Lift] = ()) -> None:
+        self.lifts = plan.lifts_with(context)
+        self._site, self._fixed = plan.site, fixed_things(plan.site)
+        self._stored = _by_delivery(self.lifts)
+        self._delivered: dict[int, list[tuple[Lift, Thing]]] = {}
+        self._delivery = 0
+        self._standing: list[Thing] = []
+        self._placed: set[int] = set()
+        self._before: Lift | None = None
+        self._arrived: list[Thing] = []
+
+    def moment(self, lift: Lift) -> Moment:
+        """Return the moment before a planned lift, the next one."""
+        delivery = self._delivery if lift.place is None else lift.place.delivery
+        if delivery not in self._delivered:
+            stored = self._stored.get(delivery, ())
+            self._delivered[delivery] = [(other, stored_thing(self._site, other, place)) for other, place in stored]
+        others = self._delivered[delivery]
+        waiting = [thing for other, thing in others if other is not lift and other.component not in self._placed]
+        present = (*self._fixed, *self._standing, *waiting)
+        return Moment(lift, self._before, present, frozenset(self._placed), frozenset(self._arrived))
+
+    def go_past(self, lift: Lift) -> None:
+        """Set the part of the next lift, or leave it in the yard."""
+        if lift.place is not None:
+            self._delivery = lift.place.delivery
+        if not lift.is_set:
+            return
+        self._placed.add(lift.component)
+        self._standing.append(set_thing(self._site, lift))
+        if lift.status is Status.PLANNED:
+            self._before, self._arrived = lift, []
+        else:
+            self._arrived.append(self._standing[-1])
+
+
 def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
     """Yield the moment before every planned lift in the plan, in ascending order.
 
     ``context`` holds lifts of the same plan that it does not contain (it is an extract).
     """
-    site = plan.site
-    lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
-    carried = {id(lift) for lift in plan.lifts}
-    fixed = fixed_things(site)
-    stored = _by_delivery(lifts)
-    delivered: dict[int, list[tuple[Lift, Thing]]] = {}
-    standing: list[Thing] = []
-    placed: set[int] = set()
-    before: Lift | None = None
-    arrived: list[Thing] = []
-    delivery = 0
-    for lift in lifts:
-        if lift.place is not None:
-            delivery = lift.place.delivery
-        if not lift.is_set:
-            continue
-        is_planned = lift.status is Status.PLANNED
-        if is_planned and id(lift) in carried:
-            if delivery not in delivered:
-                delivered[delivery] = [
-                    (other, stored_thing(site, other, place)) for other, place in stored.get(delivery, ())
-                ]
-            waiting = [
-                thing for other, thing in delivered[delivery] if other is not lift and other.component not in placed
-            ]
-            yield Moment(lift, before, (*fixed, *standing, *waiting), frozenset(placed), frozenset(arrived))
-        placed.add(lift.component)
-        standing.append(set_thing(site, lift))
-        if is_planned:
-            before, arrived = lift, []
-        else:
-            arrived.append(standing[-1])
+    standing, carried = Standing(plan, context), {id(lift) for lift in plan.lifts}
+    for lift in standing.lifts:
+        if lift.status is Status.PLANNED and id(lift) in carried:
+            yield standing.moment(lift)
+        standing.go_past(lift)
 
 
 def _by_delivery(lifts: Sequence[Lift]) -> dict[int, list[tuple[Lift, YardPlace]]]:

@@ -12,11 +12,13 @@ may exceed their limit by 0.1 %.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.between import Between, Turn, turn_of
+from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.clearance import MOTION_MARGIN, Clearances, TransitProof
 from bimvox.proof.crane.axes import (
     check_limits,
@@ -34,9 +36,9 @@ from bimvox.proof.ends import check_ends
 from bimvox.proof.heading import check_heading
 from bimvox.proof.hook import HookProof
 from bimvox.proof.load import LoadProof
-from bimvox.proof.moment import Moment, moments
+from bimvox.proof.moment import Moment, Standing
 from bimvox.proof.phase_names import check_phase_names
-from bimvox.proof.proven import ProvenLifts
+from bimvox.proof.plan import triangles_of
 from bimvox.proof.rigging import rigging_kg
 from bimvox.proof.space import ALWAYS_NS, RawCells
 from bimvox.proof.swing import SwingProof
@@ -44,7 +46,8 @@ from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.site.component import Component
-from bimvox.workers import ALONE, Workers, in_chunks
+from bimvox.walk import Store, Walk
+from bimvox.workers import ALONE, Workers
 
 UNITS = {
     "timeline": "",
@@ -78,7 +81,7 @@ def verify_motions(
     *,
     window_ns: tuple[int, int] = ALWAYS_NS,
     known: Sequence[LiftMotion] | None = None,
-    proven: ProvenLifts | None = None,
+    store: Store | None = None,
     workers: Workers = ALONE,
 ) -> Verification:
     """Check the motions of a plan.
@@ -90,125 +93,165 @@ def verify_motions(
         window_ns: The span of the site's clock in which the site had this state; collisions count only in this span.
         known: For a site with several cranes: the motions of all lifts, including the context. They determine what is
             where. ``verify_together`` then proves the crane distances for the whole time at once.
-        proven: Motions of one crane that earlier plans of the same site proved; they are not proven again if nothing
-            around them changed, and those that pass now are added. Only for a whole plan, over all time.
+        store: Motions that were proven before are not proven again if nothing around them changed.
         workers: Share the work.
 
     Returns:
         Every check, with what failed and where.
     """
-    return _Verifier(plan, motions, context, window_ns, known, proven).run(workers)
+    store = Store() if store is None else store
+    verifier = _verifier(plan, motions, context, window_ns, known)
+    verifier.triangles = triangles_of(plan, store)
+    return verifier.run(store, workers)
 
 
 def verify_together(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()) -> Verification:
     """Check that several cranes keep apart and take turns, independent of obstructions; no checks for one crane."""
-    verifier = _Verifier(plan, motions, context, ALWAYS_NS, None, None)
+    verifier = _verifier(plan, motions, context, ALWAYS_NS, None)
     verifier.check_cranes()
     return Verification(tuple(check for name, check in verifier.checks.items() if name in CRANES_UNITS))
 
 
-class _Driven(NamedTuple):
-    """A motion, the moment before its lift, and the motion before it if it is compared with one."""
+def _verifier(
+    plan: LiftPlan,
+    motions: Sequence[LiftMotion],
+    context: Collection[Lift],
+    window_ns: tuple[int, int],
+    known: Sequence[LiftMotion] | None,
+) -> _Verifier:
+    turns: Mapping[int, Turn] = {}
+    if plan.site.has_several_cranes:
+        seen = motions if known is None else known
+        turns = {order: turn_of(motion) for order, motion in _sound_ones(seen).items()}
+    verifier = _Verifier(plan, tuple(context), window_ns, turns)
+    verifier.motions, verifier.is_whole = tuple(motions), known is None
+    return verifier
 
-    moment: Moment
+
+def _sound_ones(motions: Sequence[LiftMotion]) -> dict[int, LiftMotion]:
+    """Return the motions with sound trajectories, by order; the others are reported when they are checked."""
+    aside = Check("timeline")
+    return {motion.order: motion for motion in motions if is_sound(aside, "", motion)}
+
+
+class _Driven(NamedTuple):
+    """A motion, the number of its lift among all lifts, and the motion before it if it is compared with one."""
+
+    number: int
     motion: LiftMotion
     before: LiftMotion | None
 
 
-def _name(moment: Moment, component: Component) -> str:
-    return f"lift {moment.lift.number} ({component.label})"
+@dataclass(eq=False)
+class _Verifier(Walk[Standing, _Driven, Mapping[str, Check]]):
+    """Checks motions of a plan, each by itself.
 
+    Attributes:
+        plan: The plan.
+        context: As for ``verify_motions``.
+        window_ns: As for ``verify_motions``.
+        turns: Of several cranes, when each lift is where; empty for one crane.
+    """
 
-class _Verifier:
-    def __init__(
-        self,
-        plan: LiftPlan,
-        motions: Sequence[LiftMotion],
-        context: Collection[Lift],
-        window_ns: tuple[int, int],
-        known: Sequence[LiftMotion] | None,
-        proven: ProvenLifts | None,
-        turns: Mapping[int, Turn] | None = None,
-    ) -> None:
-        self.window_ns, self.known, self.clearances = window_ns, known, Clearances(plan.site)
-        self.proven = ProvenLifts() if proven is None or plan.site.has_several_cranes else proven
-        self.triangles = self.proven.turn_to(plan)
-        self.plan, self.site, self.motions, self.context = plan, plan.site, motions, context
-        units = UNITS | (CRANES_UNITS if plan.site.has_several_cranes else {})
-        if plan.site.rules.transit_clearance_m > 0.0 or plan.site.rules.rope_clearance_m > 0.0:
+    plan: LiftPlan
+    context: tuple[Lift, ...]
+    window_ns: tuple[int, int]
+    turns: Mapping[int, Turn]
+
+    def __post_init__(self) -> None:
+        self.site, self.lifts = self.plan.site, self.plan.lifts_with(self.context)
+        self.motions: tuple[LiftMotion, ...] = ()
+        self.is_whole = True
+        several = self.site.has_several_cranes
+        self.clearances, self.cells = Clearances(self.site), RawCells(self.site.shape)
+        self.between = Between(self.plan, self.turns, self.context) if several else None
+        units = UNITS | (CRANES_UNITS if several else {})
+        if self.site.rules.transit_clearance_m > 0.0 or self.site.rules.rope_clearance_m > 0.0:
             units |= {MOTION_MARGIN: ""}
         self.checks = {name: Check(name, unit=unit) for name, unit in units.items()}
-        self.cells, self.proofs = RawCells(plan.site.shape), dict[int, _Proofs]()
-        self.left, self.next_order = moments(plan, context), 0
-        self.turns: Mapping[int, Turn] = {}
-        self.between: Between | None = None
-        if plan.site.has_several_cranes:
-            seen = motions if known is None else known
-            sound = self._sound_ones(seen)
-            self.turns = {order: turn_of(motion) for order, motion in sound.items()} if turns is None else turns
-            self.between = Between(plan, self.turns, context)
+        self.proofs = dict[int, _Proofs]()
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Return how another process begins it anew, to check some of the motions."""
-        return _Verifier, (self.plan, (), tuple(self.context), self.window_ns, None, None, self.turns)
+    @cached_property
+    def triangles(self) -> TriangleCheck:
+        """The triangles of the site."""
+        return TriangleCheck(self.plan)
 
-    def run(self, workers: Workers) -> Verification:
+    @property
+    def roots(self) -> tuple[object, ...]:
+        """The plan and its context."""
+        return self.plan, *self.context
+
+    @property
+    def grounds(self) -> tuple[object, ...]:
+        """The site."""
+        return (self.site,)
+
+    @cached_property
+    def passed(self) -> Sequence[tuple[int, Status, bool]]:
+        """By lift, what it changes."""
+        return [(lift.component, lift.status, lift.is_set) for lift in self.lifts]
+
+    @cached_property
+    def _lying(self) -> tuple[object, ...]:
+        """Where all parts lie in the yard, and the findings in the model."""
+        lying = tuple((lift.component, lift.order, lift.place, lift.in_yard is None) for lift in self.lifts)
+        return lying, self.plan.clashes, self.plan.unheld
+
+    def begin(self) -> Standing:
+        """Return what stands before the first lift."""
+        return Standing(self.plan, self.context)
+
+    def go_past(self, state: Standing, turn: int, until: int) -> None:
+        """Set the part of a lift, or leave it in the yard."""
+        state.go_past(self.lifts[turn])
+
+    def turn_of(self, task: _Driven) -> int:
+        """Return the number of the lift."""
+        return task.number
+
+    def read(self, task: _Driven) -> tuple[object, ...]:
+        """Return the lift and how both motions move, whenever they start: of one crane in a plan over all time."""
+        lift = self.lifts[task.number]
+        before = next((one for one in reversed(self.lifts[: task.number]) if one.status is Status.PLANNED), None)
+        return lift, before, self._lying, _course(task.motion), _course(task.before)
+
+    def step(self, state: Standing, task: _Driven) -> Mapping[str, Check]:
+        """Return the checks of a motion."""
+        moment = state.moment(self.lifts[task.number])
+        if self.between is not None:  # the lift before of the same crane
+            moment = replace(moment, before=self.between.before(moment.lift))
+        return self._checks_of(moment, task.motion, task.before)
+
+    def run(self, store: Store, workers: Workers) -> Verification:
+        """Check all motions."""
         if not self.site.cranes:
             self.checks["timeline"].look(not self.motions, "motions on a site that has no crane")
             return Verification(tuple(self.checks.values()))
         self._check_timeline()
-        found = self._shared(workers)
-        for driven in self._driven():
-            checks = self._proven(driven)
-            if checks is None:
-                checks = found.get(driven.motion.order) or self._checks_of(driven)
-                self.proven.add_motion(driven.moment, driven.motion, driven.before, checks)
-            for check in checks.values():
+        driven = list(self._driven())
+        is_stored = self.between is None and self.window_ns == ALWAYS_NS
+        for found in self.found(driven, store if is_stored else Store(), workers):
+            for check in found.values():
                 self.checks[check.name].add(check)
-        if self.known is None:
+        if self.is_whole:
             self.check_cranes(workers)
         return Verification(tuple(self.checks.values()))
 
-    def _shared(self, workers: Workers) -> dict[int, Mapping[str, Check]]:
-        """Return the checks of the motions that are not proven yet, by order, if there are processes to share them."""
-        if workers.count == 1:
-            return {}
-        timeline, self.checks["timeline"] = self.checks["timeline"], Check("timeline")  # looked at again later
-        pairs = [(one.motion, one.before) for one in self._driven() if self._proven(one) is None]
-        self.checks["timeline"] = timeline
-        with workers.knowing(self):
-            found = workers.run(_Verifier.of_motions, [(self, chunk) for chunk in in_chunks(pairs, workers.count)])
-        orders = [motion.order for motion, _ in pairs]
-        return dict(zip(orders, (checks for chunk in found for checks in chunk), strict=True))
-
-    def of_motions(self, pairs: Sequence[tuple[LiftMotion, LiftMotion | None]]) -> list[Mapping[str, Check]]:
-        """Return the checks of motions, each after another one; it goes through the plan once if asked in order."""
-        if pairs and pairs[0][0].order < self.next_order:
-            self.left = moments(self.plan, self.context)
-        waiting = {motion.order: (motion, before) for motion, before in pairs}
-        found = []
-        for moment in self.left:
-            self.next_order = moment.lift.order + 1
-            if moment.lift.order in waiting:
-                found.append(self._checks_of(_Driven(self._of_its_crane(moment), *waiting.pop(moment.lift.order))))
-            if not waiting:
-                break
-        return found
-
-    def _proven(self, driven: _Driven) -> Mapping[str, Check] | None:
-        return self.proven.checks_of_motion(driven.moment, driven.motion, driven.before)
-
     def _driven(self) -> Iterator[_Driven]:
         """Yield every motion that is fit to be checked, in order; report the others."""
-        by_order = {motion.order: motion for motion in self.motions}
+        by_order, own = {motion.order: motion for motion in self.motions}, {id(lift) for lift in self.plan.lifts}
         previous: dict[int, LiftMotion] = {}
-        for moment in moments(self.plan, self.context):
-            motion = by_order.get(moment.lift.order)
-            component = self.site.components[moment.lift.component]
+        last: Lift | None = None
+        for number, lift in enumerate(self.lifts):
+            if lift.status is not Status.PLANNED:
+                continue
+            then, last = last, lift
+            if id(lift) not in own:
+                continue
+            motion, component = by_order.get(lift.order), self.site.components[lift.component]
             turn_to(self.checks.values(), component.id)
-            name = _name(moment, component)
-            before = previous.pop(component.crane, None)
-            if motion is None or motion.component != moment.lift.component:
+            name, before = _name(lift, component), previous.pop(component.crane, None)
+            if motion is None or motion.component != lift.component:
                 self.checks["timeline"].look(False, f"{name}: it has no motion")
                 continue
             if not is_sound(self.checks["timeline"], name, motion):
@@ -216,22 +259,18 @@ class _Verifier:
             if motion.crane != component.crane:
                 self.checks["timeline"].look(False, f"{name}: it is driven by crane {motion.crane}, not its own")
                 continue
-            moment = self._of_its_crane(moment)
-            if before is not None and (moment.before is None or before.order != moment.before.order):
+            if self.between is not None:
+                then = self.between.before(lift)
+            if before is not None and (then is None or before.order != then.order):
                 before = None
-            yield _Driven(moment, motion, before)
+            yield _Driven(number, motion, before)
             previous[component.crane] = motion
 
-    def _of_its_crane(self, moment: Moment) -> Moment:
-        """Return a moment with the lift before of the same crane."""
-        return moment if self.between is None else replace(moment, before=self.between.before(moment.lift))
-
-    def _checks_of(self, driven: _Driven) -> Mapping[str, Check]:
+    def _checks_of(self, moment: Moment, motion: LiftMotion, before: LiftMotion | None) -> Mapping[str, Check]:
         """Return the checks of one motion, each by itself."""
-        moment, motion, before = driven
         ways = None if self.between is None else tuple(self.between.ways(moment, motion))
         component, whole = self.site.components[moment.lift.component], dict(self.checks)
-        name = _name(moment, component)
+        name = _name(moment.lift, component)
         crane, load, hook, swing, transit = self._proofs(component.crane)
         # The proofs share this dictionary, so it is filled with checks of this motion alone for a while.
         self.checks.update({n: Check(n, unit=check.unit, about=component.id) for n, check in whole.items()})
@@ -258,11 +297,6 @@ class _Verifier:
             transit.clearances = self.clearances
             self.proofs[number] = crane, LoadProof(*shared), HookProof(*shared), SwingProof(*shared), transit
         return self.proofs[number]
-
-    def _sound_ones(self, motions: Sequence[LiftMotion]) -> dict[int, LiftMotion]:
-        """Return the motions with sound trajectories, by order; the others are reported when they are checked."""
-        aside = Check("timeline")
-        return {motion.order: motion for motion in motions if is_sound(aside, "", motion)}
 
     def _check_timeline(self) -> None:
         """Check that there is one motion per planned lift, in order, on one clock without gaps."""
@@ -310,7 +344,7 @@ class _Verifier:
         """Check the turns of several cranes and the distance between them."""
         if not self.site.has_several_cranes:
             return
-        sound = list(self._sound_ones(self.motions).values())
+        sound = list(_sound_ones(self.motions).values())
         check_turns(self.checks["turns"], self.site, self.plan, sound, self.context)
         is_whole = not self.context and self.window_ns == ALWAYS_NS
         check_cranes(self.checks["cranes"], self.site, sound, self.window_ns, is_whole=is_whole, workers=workers)
@@ -334,3 +368,16 @@ class _Verifier:
             check_spacing(self.checks["spacing"], name, crane, part, self.site.frame.voxel_size_m)
             hung_kg = masses.get(id(part), mass_kg)
             check_capacity(self.checks["capacity"], name, crane, part, hung_kg, self.site.rules.highest_utilisation)
+
+
+def _name(lift: Lift, component: Component) -> str:
+    return f"lift {lift.number} ({component.label})"
+
+
+def _course(motion: LiftMotion | None) -> tuple[object, ...] | None:
+    """Return a motion without the time at which it starts."""
+    if motion is None:
+        return None
+    phases = tuple((p.name, p.start_ns - motion.start_ns, p.end_ns - motion.start_ns) for p in motion.phases)
+    parts = (motion.approach, motion.raising, motion.loaded, motion.departure)
+    return motion.order, motion.crane, parts, phases, motion.end_ns - motion.start_ns

@@ -14,14 +14,13 @@ from dataclasses import replace
 from bimvox.proof.clock import check_clock
 from bimvox.proof.motion import verify_motions, verify_together
 from bimvox.proof.plan import verify_plan
-from bimvox.proof.proven import ProvenLifts
 from bimvox.proof.space import ALWAYS_NS
 from bimvox.proof.stops import check_stops
-from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.lift import LOAD_IS_HELD, Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, Verification
-from bimvox.records.reasons import LOAD_IS_HELD
 from bimvox.site.site import Blocker, Site
+from bimvox.walk import Store
 from bimvox.workers import ALONE, Workers
 
 
@@ -31,7 +30,7 @@ def verify_plan_over_time(
     context: Collection[Lift] = (),
     *,
     known_shapes: set[int] | None = None,
-    proven: ProvenLifts | None = None,
+    store: Store | None = None,
     workers: Workers = ALONE,
 ) -> Verification:
     """Check every planned lift of a plan, each path against the obstructions when the load began to follow it.
@@ -41,11 +40,11 @@ def verify_plan_over_time(
         motions: Motions of its lifts; they give the times.
         context: Lifts of the same plan that it does not carry.
         known_shapes: See ``verify_plan``.
-        proven: See ``verify_plan``; lifts whose obstructions changed under way are not added.
+        store: See ``verify_plan``; lifts whose obstructions changed under way are not added.
         workers: Share the work, if the obstructions did not change.
     """
     if not plan.history and not any(lift.left for lift in plan.lifts):
-        return verify_plan(plan, context, known_shapes=known_shapes, proven=proven, workers=workers)
+        return verify_plan(plan, context, known_shapes=known_shapes, store=store, workers=workers)
     starts = {motion.order: begins_ns(plan.site, motion) for motion in motions}
     epochs = Check("epochs")
     _check_epochs(epochs, plan, motions, context)
@@ -70,7 +69,7 @@ def verify_motions_over_time(
     motions: Sequence[LiftMotion],
     context: Collection[Lift] = (),
     *,
-    proven: ProvenLifts | None = None,
+    store: Store | None = None,
     workers: Workers = ALONE,
 ) -> Verification:
     """Check the motions of a plan, each moment against the obstructions at that time.
@@ -79,14 +78,14 @@ def verify_motions_over_time(
         plan: The plan; assumed to be proven by ``verify_plan_over_time``.
         motions: One per planned lift, in order.
         context: Lifts of the same plan that it does not carry.
-        proven: See ``verify_motions``; only of a plan whose obstructions did not change.
+        store: See ``verify_motions``; only of a plan whose obstructions did not change.
         workers: See ``verify_plan_over_time``.
     """
     clock = Check("timeline")
     check_clock(clock, plan, motions, context)
     check_stops(clock, plan, motions)
     if not plan.history:
-        found_now = verify_motions(plan, motions, context, proven=proven, workers=workers)
+        found_now = verify_motions(plan, motions, context, store=store, workers=workers)
         return _together([found_now, Verification((clock,))])
     found = []
     known = motions if plan.site.has_several_cranes else None

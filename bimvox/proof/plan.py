@@ -9,11 +9,13 @@ not set.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.clearance import Clearances, nearest, reach_vox
 from bimvox.proof.complete import check_complete
 from bimvox.proof.crane.capacity import shares_of_capacity
@@ -22,8 +24,7 @@ from bimvox.proof.guided import check_guide
 from bimvox.proof.heading import cells_at_any_heading, check_rule, turning_placements
 from bimvox.proof.marks import Marks, hits
 from bimvox.proof.mass import check_mass
-from bimvox.proof.moment import Moment, Thing, beside, cells_in_common, moments, near_and_far, passed_by
-from bimvox.proof.proven import ProvenLifts
+from bimvox.proof.moment import Standing, Thing, beside, cells_in_common, near_and_far, passed_by
 from bimvox.proof.racks import check_racks, rack_of
 from bimvox.proof.rigging import check_rigging, rigging_kg
 from bimvox.proof.shape import check_shape, check_structure
@@ -40,12 +41,12 @@ from bimvox.proof.storage import (
 from bimvox.proof.support import Supports
 from bimvox.proof.words import first_of
 from bimvox.proof.yard import check_deliveries, check_place
-from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
+from bimvox.records.lift import NOT_ITS_CELLS, Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
-from bimvox.records.reasons import NOT_ITS_CELLS
 from bimvox.site.component import Component
 from bimvox.units import mass_text
-from bimvox.workers import ALONE, Workers, in_chunks
+from bimvox.walk import Store, Walk
+from bimvox.workers import ALONE, Workers
 
 CHECKS = (
     "complete",
@@ -77,7 +78,7 @@ def verify_plan(
     context: Collection[Lift] = (),
     *,
     known_shapes: set[int] | None = None,
-    proven: ProvenLifts | None = None,
+    store: Store | None = None,
     workers: Workers = ALONE,
 ) -> Verification:
     """Check every planned lift of a plan.
@@ -89,54 +90,128 @@ def verify_plan(
         known_shapes: Indices of components of the same site whose cells, masses and slings are known to fit. They are
             not checked again; components that pass now are added. The context is then taken for proven. None: nothing
             is known, so the parts of the context are checked too: their shapes, and what carries them.
-        proven: Lifts that earlier plans of the same site proved; they are not proven again if nothing around them
-            changed, and those that pass now are added. Not with known shapes.
+        store: Lifts that were proven before are not proven again if nothing around them changed.
         workers: Share the work.
 
     Returns:
         Every check, with what failed and where.
     """
-    return _Verifier(plan, context, known_shapes, proven or ProvenLifts()).run(workers)
+    store = Store() if store is None else store
+    known = set() if known_shapes is None else known_shapes
+    verifier = _Verifier(plan, tuple(context), known, is_context_proven=known_shapes is not None)
+    verifier.triangles = triangles_of(plan, store)
+    return verifier.run(store, workers)
 
 
-class _Verifier:
-    def __init__(
-        self, plan: LiftPlan, context: Collection[Lift], known_shapes: set[int] | None, proven_lifts: ProvenLifts
-    ) -> None:
-        self.plan, self.context, self.site, self.proven_lifts = plan, context, plan.site, proven_lifts
-        self.triangles = proven_lifts.turn_to(plan)
-        self.lifts = sorted([*plan.lifts, *context], key=lambda lift: lift.order)
-        self.supports = Supports(plan, self.lifts, self.triangles)
-        self.known_shapes = set() if known_shapes is None else known_shapes
-        self.proven = frozenset() if known_shapes is None else frozenset(lift.order for lift in context)
-        self.clearances = Clearances(self.site)
-        self.with_gear = frozenset(part.crane for part in self.site.components if part.lifting.rig is not None)
-        self.marks, self.near_marks = Marks(self.site.shape), Marks(self.site.shape)
+def triangles_of(plan: LiftPlan, store: Store) -> TriangleCheck:
+    """Return the triangles of a site with the findings in its model, and what was measured of them."""
+    key = store.key("triangles", store.itself(plan.site), plan.clashes, plan.unheld)
+    return store.once(key, lambda: TriangleCheck(plan))
+
+
+@dataclass(eq=False)
+class _Verifier(Walk[Standing, int, Mapping[str, Check]]):
+    """Checks lifts of a plan, each by itself; its tasks are their numbers among all lifts.
+
+    Attributes:
+        plan: The plan.
+        context: As for ``verify_plan``.
+        known_shapes: As for ``verify_plan``.
+        is_context_proven: Whether the context is taken for proven.
+    """
+
+    plan: LiftPlan
+    context: tuple[Lift, ...]
+    known_shapes: set[int]
+    is_context_proven: bool
+
+    def __post_init__(self) -> None:
+        self.site = site = self.plan.site
+        self.lifts = self.plan.lifts_with(self.context)
+        self.proven = frozenset(lift.order for lift in self.context) if self.is_context_proven else frozenset[int]()
+        self.clearances = Clearances(site)
+        self.with_gear = frozenset(part.crane for part in site.components if part.lifting.rig is not None)
+        self.marks, self.near_marks = Marks(site.shape), Marks(site.shape)
+        rules = site.rules
         self.checks = {name: Check(name) for name in CHECKS}
-        if self.site.rules.transit_clearance_m > 0.0:
+        if rules.transit_clearance_m > 0.0:
             self.checks["margin"] = Check("margin")
-        if self.site.cranes and self.site.rules.rope and self.site.rules.rope_clearance_m > 0.0:
+        if site.cranes and rules.rope and rules.rope_clearance_m > 0.0:
             self.checks["rope_margin"] = Check("rope_margin")
-        if self.site.cranes and self.site.rules.wind_speed_m_s > 0.0:
+        if site.cranes and rules.wind_speed_m_s > 0.0:
             self.checks["wind"] = Check("wind", unit="share of permitted wind")
-        if self.site.rules.yard is not None or any(lift.place is not None and lift.place.stack for lift in self.lifts):
+        if rules.yard is not None or any(lift.place is not None and lift.place.stack for lift in self.lifts):
             self.checks |= {"gap": Check("gap"), "stacks": Check("stacks")}
-        self.left, self.next_order = moments(plan, context), 0
         self.racks: dict[tuple[int, int], list[str]] = {}
         for lift in self.lifts:
             if (rack := rack_of(lift)) is not None:
                 self.racks.setdefault(rack, []).append(self._name(lift))
-        if self.racks or (self.site.rules.yard is not None and self.site.rules.yard.rack_parts > 0):
+        if self.racks or (rules.yard is not None and rules.yard.rack_parts > 0):
             self.checks["racks"] = Check("racks")
         self.checks["triangles"].unit = self.checks["slings"].unit = "m"
         self.checks["mass"].unit, self.checks["rigging"].unit = "kg/m3", "share of limit"
         self.checks["reach"].unit = "share of capacity"
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Return how another process begins it anew, to check some of the lifts."""
-        return _Verifier, (self.plan, tuple(self.context), self.known_shapes, ProvenLifts())
+    @cached_property
+    def triangles(self) -> TriangleCheck:
+        """The triangles of the site."""
+        return TriangleCheck(self.plan)
 
-    def run(self, workers: Workers) -> Verification:
+    @cached_property
+    def supports(self) -> Supports:
+        """What carries what."""
+        return Supports(self.plan, self.lifts, self.triangles)
+
+    @property
+    def roots(self) -> tuple[object, ...]:
+        """The plan and its context."""
+        return self.plan, *self.context
+
+    @property
+    def grounds(self) -> tuple[object, ...]:
+        """The site."""
+        return (self.site,)
+
+    @cached_property
+    def passed(self) -> Sequence[tuple[int, Status, bool]]:
+        """By lift, what it changes."""
+        return [(lift.component, lift.status, lift.is_set) for lift in self.lifts]
+
+    @cached_property
+    def _lying(self) -> tuple[object, ...]:
+        """Where all parts lie in the yard, and the findings in the model."""
+        lying = tuple((lift.component, lift.order, lift.place, lift.in_yard is None) for lift in self.lifts)
+        return lying, self.plan.clashes, self.plan.unheld
+
+    def begin(self) -> Standing:
+        """Return what stands before the first lift."""
+        return Standing(self.plan, self.context)
+
+    def go_past(self, state: Standing, turn: int, until: int) -> None:
+        """Set the part of a lift, or leave it in the yard."""
+        state.go_past(self.lifts[turn])
+
+    def turn_of(self, task: int) -> int:
+        """Return the number of the lift."""
+        return task
+
+    def read(self, task: int) -> tuple[object, ...]:
+        """Return the lift, how all parts lie, and which parts without a lift its checks look at."""
+        lift = self.lifts[task]
+        component = self.site.components[lift.component]
+        not_set = frozenset(self.supports.infeasible if component.after or component.before else ())
+        return lift, self._lying, not_set, component.index in self.known_shapes
+
+    def step(self, state: Standing, task: int) -> Mapping[str, Check]:
+        """Return the checks of a lift."""
+        moment, whole = state.moment(self.lifts[task]), self.checks
+        self.checks = {check.name: Check(check.name, unit=check.unit) for check in whole.values()}
+        self._check_lift(moment.lift, moment.present, moment.placed)
+        found, self.checks = self.checks, whole
+        return found
+
+    def run(self, store: Store, workers: Workers) -> Verification:
+        """Check the whole plan."""
         check_complete(self.checks["complete"], self.plan, self.lifts)
         check_deliveries(self.checks["yard"], self.site, self.lifts)
         if "stacks" in self.checks:
@@ -149,36 +224,14 @@ class _Verifier:
         for blocker in self.site.blockers:
             check_structure(self.checks["shapes"], blocker, self.site.frame, self.site.shape)
         self._check_others()
-        found = self._shared(workers)
-        for moment in moments(self.plan, self.context):
-            self._check_moment(moment, found.get(moment.lift.order))
+        own = {id(lift) for lift in self.plan.lifts}
+        planned = [n for n, one in enumerate(self.lifts) if one.status is Status.PLANNED and id(one) in own]
+        for n, found in zip(planned, self.found(planned, store, workers), strict=True):
+            if found["shapes"].samples and all(found[name].passed for name in _OF_THE_PART):
+                self.known_shapes.add(self.lifts[n].component)
+            for name, check in found.items():
+                self.checks[name].add(check)
         return Verification(tuple(self.checks.values()))
-
-    def _shared(self, workers: Workers) -> dict[int, Mapping[str, Check]]:
-        """Return the checks of the lifts that are not proven yet, by order, if there are processes to share them."""
-        if workers.count == 1:
-            return {}
-        all_moments = moments(self.plan, self.context)
-        orders = [moment.lift.order for moment in all_moments if self._proven(moment) is None]
-        if len(set(orders)) < len(orders):  # the plan is not proven anyway
-            return {}
-        with workers.knowing(self):
-            found = workers.run(_Verifier.of_lifts, [(self, chunk) for chunk in in_chunks(orders, workers.count)])
-        return dict(zip(orders, (checks for chunk in found for checks in chunk), strict=True))
-
-    def of_lifts(self, orders: Sequence[int]) -> list[Mapping[str, Check]]:
-        """Return the checks of lifts, each by itself; it goes through the plan once if it is asked in order."""
-        if orders and orders[0] < self.next_order:
-            self.left = moments(self.plan, self.context)
-        wanted = set(orders)
-        found = []
-        for moment in self.left:
-            self.next_order = moment.lift.order + 1
-            if moment.lift.order in wanted:
-                found.append(self._checks_of(moment))
-            if moment.lift.order == orders[-1]:
-                break
-        return found
 
     def _check_others(self) -> None:
         """Check the parts that no lift of this proof sets: where they are, they are in the way and carry others."""
@@ -200,34 +253,6 @@ class _Verifier:
 
     def _name(self, lift: Lift) -> str:
         return self.site.components[lift.component].id
-
-    def _check_moment(self, moment: Moment, checks: Mapping[str, Check] | None) -> None:
-        """Add the checks of a lift, which are given if they were made in another process or another plan."""
-        found = self._proven(moment)
-        if found is None:
-            found = self._checks_of(moment) if checks is None else checks
-            self.proven_lifts.add(moment, self._not_set(moment), found)
-            if found["shapes"].samples and all(found[name].passed for name in _OF_THE_PART):
-                self.known_shapes.add(moment.lift.component)
-        for name, check in found.items():
-            self.checks[name].add(check)
-
-    def _proven(self, moment: Moment) -> Mapping[str, Check] | None:
-        return self.proven_lifts.checks_of(moment, self._not_set(moment))
-
-    def _not_set(self, moment: Moment) -> frozenset[int]:
-        component = self.site.components[moment.lift.component]
-        return frozenset(self.supports.infeasible if component.after or component.before else ())
-
-    def _checks_of(self, moment: Moment) -> Mapping[str, Check]:
-        """Return the checks of one lift by itself."""
-        whole, self.checks = (
-            self.checks,
-            {check.name: Check(check.name, unit=check.unit) for check in self.checks.values()},
-        )
-        self._check_lift(moment.lift, moment.present, moment.placed)
-        found, self.checks = self.checks, whole
-        return found
 
     def _check_lift(self, lift: Lift, present: Sequence[Thing], placed: Collection[int]) -> None:
         component = self.site.components[lift.component]

@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.gear import GearKind
-from bimvox.crane.rig import Rig, RigPart
+from bimvox.crane.gear import GearKind, Rig, RigPart
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.records.proof import Check
 from bimvox.site.component import Component

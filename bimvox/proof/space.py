@@ -19,7 +19,7 @@ from bimvox.grid.frame import GridFrame
 from bimvox.proof.marks import Marks
 from bimvox.proof.placements import Placements
 from bimvox.records.lift import Lift
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import Trajectory
 from bimvox.site.component import IntVec
 
 Line = tuple[float, float, float]

@@ -8,7 +8,7 @@ import numpy as np
 
 from bimvox.bim.kinds.kind import Kind
 from bimvox.proof.bodies.triangles import TriangleCheck
-from bimvox.proof.proven import ProvenLifts
+from bimvox.proof.plan import triangles_of
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check
@@ -19,6 +19,7 @@ from bimvox.site.component import Component
 from bimvox.site.limits import MOST_WORK_S
 from bimvox.site.means import Means
 from bimvox.site.work import Work, work_of
+from bimvox.walk import Store
 
 _ROUNDING_NS = 1
 _SPANNING = frozenset((Work.BEAM, Work.SLAB, Work.STAIR))
@@ -26,9 +27,7 @@ _SPANNING = frozenset((Work.BEAM, Work.SLAB, Work.STAIR))
 _ON_GROUND_M = 0.3
 
 
-def verify_steps(
-    plan: LiftPlan, motions: Sequence[LiftMotion], steps: Steps, proven: ProvenLifts | None = None
-) -> Check:
+def verify_steps(plan: LiftPlan, motions: Sequence[LiftMotion], steps: Steps, store: Store | None = None) -> Check:
     """Check every step of work that the crane does not do, and every pause of the crane.
 
     Each step has the time that the rules give it, begins after all earlier lifts and after what it rests on carries,
@@ -38,13 +37,13 @@ def verify_steps(
         plan: The whole plan.
         motions: All its motions.
         steps: The steps and pauses to prove.
-        proven: Lifts that earlier proofs of the same site proved: what carries a part is not measured again.
+        store: What carries a part is not measured again if it was for the same site.
     """
     check = Check("steps")
     if not motions:
         check.look(not steps.steps and not steps.pauses, "steps without motions")
         return check
-    triangles = (proven or ProvenLifts()).turn_to(plan)
+    triangles = triangles_of(plan, Store() if store is None else store)
     _Proof(check, plan, motions, steps, triangles).run()
     check.about = None
     return check

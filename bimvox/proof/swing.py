@@ -23,8 +23,7 @@ from bimvox.proof.moment import Moment, Thing, near_and_far
 from bimvox.proof.placements import Placements
 from bimvox.proof.space import BETWEEN_VOX, cells_below, tail_of
 from bimvox.records.lift import Lift
-from bimvox.records.motion import LiftMotion
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site

@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.errors import shown
 from bimvox.proof.names import check_names
 from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status

@@ -1,4 +1,4 @@
-"""The plan in calendar time: a view on its clock, which counts crane time. Nothing in a motion changes."""
+"""The plan and its crews in calendar time: a view on its clock, which counts crane time. No motion changes."""
 
 from __future__ import annotations
 
@@ -9,12 +9,10 @@ from datetime import datetime, timedelta
 from heapq import heappop, heappush
 from operator import itemgetter
 
-from bimvox.records.crews import CrewHours, crew_hours
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
-from bimvox.records.programme_dates import TaskDates
+from bimvox.records.programme import PERCENTILES, TaskDates, added_ns
 from bimvox.records.steps import Step, Steps, cured_ns
-from bimvox.records.uncertain_end import PERCENTILES, added_ns
 from bimvox.records.unloading import is_unloaded_by_crane, unloading_s
 from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.means import Means
@@ -23,11 +21,108 @@ from bimvox.site.work import Work, work_of
 from bimvox.site.working_hours import WorkingHours
 from bimvox.units import NS_PER_S
 
+_NS_PER_H = 3.6e12
+_Span = tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Crew:
+    """People who work together."""
+
+    name: str
+    people: float
+
+
+@dataclass(frozen=True, slots=True)
+class _CrewHours:
+    """The time of a crew.
+
+    Attributes:
+        crew: The crew.
+        works_ns: How long it works.
+        idle_ns: Working time from its first to its last work in which it has none.
+    """
+
+    crew: Crew
+    works_ns: int
+    idle_ns: int
+
+    def document(self) -> dict[str, object]:
+        """Return it for the JSON documents: hours of the crew, and those of its people together."""
+        works_h, idle_h = self.works_ns / _NS_PER_H, self.idle_ns / _NS_PER_H
+        return {
+            "crew": self.crew.name,
+            "people": self.crew.people,
+            "works_h": round(works_h, 3),
+            "idle_h": round(idle_h, 3),
+            "man_hours": round(works_h * self.crew.people, 2),
+            "idle_man_hours": round(idle_h * self.crew.people, 2),
+        }
+
+
+def erection_crews(site: Site, calendar: CalendarConfig) -> tuple[Crew, ...]:
+    """Return the crew of each crane; none if the site file does not say how many people it has."""
+    people = calendar.erection_people
+    if people is None:
+        return ()
+    names = ["Erection crew"] if not site.has_several_cranes else [f"Erection crew, {one.name}" for one in site.cranes]
+    return tuple(Crew(name, float(people)) for name in names)
+
+
+def unloading_crew(calendar: CalendarConfig) -> Crew | None:
+    """Return the crew that unloads deliveries; None if the site file does not say how many people it has."""
+    people = calendar.unloading_people
+    return None if people is None else Crew("Unloading crew", float(people))
+
+
+def casting_crew(site: Site) -> Crew:
+    """Return the crew that casts in place."""
+    return Crew("Casting crew", site.rules.casting.people)
+
+
+def crew_hours(
+    site: Site,
+    calendar: CalendarConfig,
+    lifts: Mapping[int, tuple[int, _Span]],
+    cast: Sequence[_Span],
+    deliveries: Sequence[_Span],
+    work: WorkTime,
+) -> tuple[_CrewHours, ...]:
+    """Return the time of each crew of known size that has work.
+
+    Args:
+        site: The site.
+        calendar: Its calendar.
+        lifts: Component, start and release of each lift, by order, in nanoseconds of calendar time.
+        cast: Begin and end of the work at each part that is cast in place.
+        deliveries: Begin and end of the unloading of each delivery.
+        work: The working time.
+    """
+    of_crane: dict[int, list[_Span]] = {}
+    for component, span in lifts.values():
+        of_crane.setdefault(site.components[component].crane, []).append(span)
+    found = [
+        # A lift is not interrupted: one that is longer than a shift is worked beyond it.
+        _hours(crew, of_crane[number], sum(end_ns - start_ns for start_ns, end_ns in of_crane[number]), work)
+        for number, crew in enumerate(erection_crews(site, calendar))
+        if number in of_crane
+    ]
+    for other, spans in ((unloading_crew(calendar), deliveries), (casting_crew(site), cast)):
+        if other is not None and spans:
+            found.append(_hours(other, spans, sum(work.between(*span) for span in spans), work))
+    return tuple(found)
+
+
+def _hours(crew: Crew, spans: Sequence[_Span], works_ns: int, work: WorkTime) -> _CrewHours:
+    there_ns = work.between(min(span[0] for span in spans), max(span[1] for span in spans))
+    return _CrewHours(crew, works_ns, max(0, there_ns - works_ns))
+
+
 _NS_PER_US = 1000
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class _Block:
     """Work of the cranes that is not interrupted: a lift, or several at the same time.
 
     Attributes:
@@ -136,12 +231,12 @@ class PlanDates:
     deliveries: Mapping[int, tuple[int, int]]
     setup: tuple[int, int] | None
     too_long: tuple[int, ...]
-    blocks: tuple[tuple[Block, int], ...] = field(repr=False)
+    blocks: tuple[tuple[_Block, int], ...] = field(repr=False)
     work: WorkTime = field(repr=False)
     is_unloaded_by_crane: bool = False
     later_ns: tuple[int, ...] = ()
     programme: tuple[TaskDates, ...] = ()
-    crews: tuple[CrewHours, ...] = ()
+    crews: tuple[_CrewHours, ...] = ()
 
     def at(self, clock_ns: int) -> datetime:
         """Return the local time of a time on the site's clock; it ascends, and is in working hours during a lift."""
@@ -286,7 +381,7 @@ def dates_of(
     return replace(dates, later_ns=added_ns(calendar.uncertainty, times))
 
 
-def blocks_of(site: Site, motions: Iterable[LiftMotion]) -> tuple[Block, ...]:
+def blocks_of(site: Site, motions: Iterable[LiftMotion]) -> tuple[_Block, ...]:
     """Return the lifts as blocks between which the cranes may stop; of several cranes, no load hangs then."""
     several = site.has_several_cranes
     spans = sorted(
@@ -295,13 +390,13 @@ def blocks_of(site: Site, motions: Iterable[LiftMotion]) -> tuple[Block, ...]:
         else (motion.start_ns, motion.end_ns, motion.order)
         for motion in motions
     )
-    found: list[Block] = []
+    found: list[_Block] = []
     for begins_ns, ends_ns, order in spans:
         if found and begins_ns < found[-1].ends_ns:
             last = found.pop()
-            found.append(Block(last.begins_ns, max(last.ends_ns, ends_ns), (*last.orders, order)))
+            found.append(_Block(last.begins_ns, max(last.ends_ns, ends_ns), (*last.orders, order)))
         else:
-            found.append(Block(begins_ns, ends_ns, (order,)))
+            found.append(_Block(begins_ns, ends_ns, (order,)))
     return tuple(found)
 
 
@@ -334,7 +429,7 @@ class _Walk:
                 self._loads.setdefault(lift.place.delivery, []).append(lift)
         blocks = blocks_of(self.site, motions)
         # At the same time, a step comes first: it may carry at once.
-        items: list[tuple[int, int, Step | Block]] = [(step.begins_ns, 0, step) for step in planned.steps]
+        items: list[tuple[int, int, Step | _Block]] = [(step.begins_ns, 0, step) for step in planned.steps]
         items += [(planned.starting_ns(block.begins_ns), 1, block) for block in blocks]
         setup_ns = round(self.calendar.setup_h * 3600.0 * NS_PER_S)
         setup = (self.work.fitting(0, 0), self.work.worked(0, setup_ns)) if setup_ns else None

@@ -8,12 +8,15 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import accumulate
 from typing import Any
 
+from bimvox.records.lift import NOT_LIFTED, Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.site.casting import curing_s
+from bimvox.site.component import Component
+from bimvox.site.means import HOW, Means
 from bimvox.site.site import Site
 from bimvox.units import NS_PER_S
 
@@ -122,10 +125,144 @@ class Steps:
 def cured_ns(site: Site, steps: Steps, motion: LiftMotion) -> int | None:
     """Return the elapsed time from which the joints of a lifted part carry what rests on it; None: from its release.
 
-    Args:
-        site: The site.
-        steps: All pauses before the release.
-        motion: The motion of the part.
+    ``steps``: all pauses before the release.
     """
     cures_s = curing_s(site.rules.curing, site.components[motion.component])
     return steps.ending_ns(motion.released_ns) + round(cures_s * NS_PER_S) if cures_s else None
+
+
+def by_other_means(lifts: Iterable[Lift]) -> tuple[Lift, ...]:
+    """Return the lifts whose parts are set by other means, in order."""
+    return tuple(sorted((lift for lift in lifts if lift.by_other_means), key=lambda lift: lift.order))
+
+
+def needed_by_ns(lifts: Iterable[Lift], motions: Iterable[LiftMotion]) -> dict[int, int | None]:
+    """Return when each part that the crane does not set is needed, by order: when the next part is set.
+
+    Those are the parts that are set by other means or by hand, or cast in place. None of them may be there before all
+    earlier parts of the sequence are set. None if no later part has a time.
+
+    ``motions``: those of its motions whose time is known.
+    """
+    otherwise = [lift for lift in lifts if lift.is_set_otherwise]
+    set_ns = {motion.order: motion.set_ns for motion in motions} if otherwise else {}
+    return {
+        lift.order: min((at_ns for order, at_ns in set_ns.items() if order > lift.order), default=None)
+        for lift in otherwise
+    }
+
+
+def proven_in_words(count: int, claims: int = 0) -> str:
+    """Return the verdict about a proven plan.
+
+    Args:
+        count: How many parts are set by other means.
+        claims: How many claims of its log the proof has taken as true.
+    """
+    words = "proven"
+    if claims:
+        words += f", with {'1 claim' if claims == 1 else f'{claims:,} claims'} of the log"
+    if count:
+        words += f", provided that {'1 part is' if count == 1 else f'{count:,} parts are'} set by other means"
+    return words
+
+
+@dataclass(frozen=True, slots=True)
+class NotLifted:
+    """The parts of a storey and kind that the crane does not lift. Those set by hand come up as one bundle.
+
+    Attributes:
+        means: How they get to their places.
+        storey: Name of their storey, if any.
+        kind: Name of their type, otherwise their class.
+        lifts: Their entries in the sequence, in order.
+        mass_kg: Their mass together.
+        needed_by_ns: When the first of them is needed; None if not known.
+        begins_ns: When the work at them begins, in elapsed time; None if not known.
+        ends_ns: When the work at all of them has ended.
+        carries_ns: When all of them carry what rests on them.
+        crane_s: Crane time of the material lift that brings the bundle; None if people carry it, or it is cast. It has
+            no path, is not proven, and is not in the plan's crane time.
+    """
+
+    means: Means
+    storey: str | None
+    kind: str
+    lifts: tuple[Lift, ...]
+    mass_kg: float
+    needed_by_ns: int | None
+    begins_ns: int | None = None
+    ends_ns: int | None = None
+    carries_ns: int | None = None
+    crane_s: float | None = None
+
+    @property
+    def name(self) -> str:
+        """What the group is called: ``bundle: 24 railings, Level 2``."""
+        where = "" if self.storey is None else f", {self.storey}"
+        what = "bundle" if self.means is Means.BY_HAND else HOW[self.means]
+        return f"{what}: {len(self.lifts):,} x {self.kind}{where}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the group for the JSON documents."""
+        return {
+            "name": self.name,
+            "means": self.means.value,
+            "storey": self.storey,
+            "kind": self.kind,
+            "parts": len(self.lifts),
+            "mass_kg": round(self.mass_kg, 1),
+            "numbers": [lift.number for lift in self.lifts],
+            "reason": self.lifts[0].reason,
+            "needed_by_s": _seconds(self.needed_by_ns),
+            "begins_s": _seconds(self.begins_ns),
+            "ends_s": _seconds(self.ends_ns),
+            "carries_s": _seconds(self.carries_ns),
+            "material_lift_s": self.crane_s,
+        }
+
+
+def not_lifted_groups(
+    site: Site, lifts: Iterable[Lift], motions: Iterable[LiftMotion], steps: Steps
+) -> tuple[NotLifted, ...]:
+    """Return the parts of a plan that the crane does not lift, by means, storey and kind, in the order of need."""
+    groups: dict[tuple[Means, str | None, str], list[Lift]] = {}
+    chosen = sorted((lift for lift in lifts if lift.status in NOT_LIFTED), key=lambda lift: lift.order)
+    for lift in chosen:
+        component = site.components[lift.component]
+        groups.setdefault((component.means, component.storey, _kind(component)), []).append(lift)
+    needed_ns = needed_by_ns(chosen, motions)
+    of_order = steps.of_order
+    found = []
+    for key, own in groups.items():
+        mass_kg = _mass_kg(site, own)
+        group = NotLifted(*key, tuple(own), mass_kg, needed_ns[own[0].order], crane_s=_crane_s(site, key[0], mass_kg))
+        work = [of_order[lift.order] for lift in own if lift.order in of_order]
+        if work:
+            group = replace(
+                group,
+                begins_ns=min(step.begins_ns for step in work),
+                ends_ns=max(step.ends_ns for step in work),
+                carries_ns=max(step.carries_ns for step in work),
+            )
+        found.append(group)
+    return tuple(found)
+
+
+def _crane_s(site: Site, means: Means, mass_kg: float) -> float | None:
+    """Return the crane time of the material lift of a bundle; None if people carry it."""
+    casting = site.rules.casting
+    is_load = site.cranes and means is Means.BY_HAND and mass_kg > casting.bundle_kg
+    return casting.bundle_s if is_load else None
+
+
+def _seconds(at_ns: int | None) -> float | None:
+    return None if at_ns is None else round(at_ns / 1e9, 3)
+
+
+def _kind(component: Component) -> str:
+    return component.type_name or component.ifc_class
+
+
+def _mass_kg(site: Site, lifts: Iterable[Lift]) -> float:
+    return sum(site.components[lift.component].mass_kg for lift in lifts)

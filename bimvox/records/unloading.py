@@ -16,10 +16,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.kinematics import pose_of
 from bimvox.crane.load_chart import utilisation
 from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.travel import point_to_point_s
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.site.access import DECK_M, unloading_columns
 from bimvox.site.component import Component
@@ -55,25 +55,14 @@ def is_unloaded_by_crane(calendar: CalendarConfig, site: Site) -> bool:
 
 
 def unloading_s(calendar: CalendarConfig, site: Site, delivery: Sequence[Lift]) -> float:
-    """Return the working time to unload a delivery: that of the site file, otherwise the crane's, otherwise the usual.
-
-    Args:
-        calendar: The calendar.
-        site: The site.
-        delivery: All lifts of the delivery.
-    """
+    """Return the time to unload a delivery: that of the site file, otherwise the crane's, otherwise the usual."""
     if not is_unloaded_by_crane(calendar, site):
         return USUAL_UNLOADING_S if calendar.unloading_s is None else calendar.unloading_s
     return sum(one.duration_s for one in unloading_lifts(site, delivery))
 
 
 def unloading_lifts(site: Site, delivery: Sequence[Lift]) -> tuple[UnloadingLift, ...]:
-    """Return how the crane unloads each part of a delivery, in the order of the lifts; none without an access.
-
-    Args:
-        site: The site.
-        delivery: All lifts of the delivery.
-    """
+    """Return how the crane unloads each part of a delivery, in the order of the lifts; none without an access."""
     stored = [(lift.order, site.components[lift.component], lift.in_yard) for lift in delivery]
     highest_m = max(chain([0.0], (_top_m(site, place) for _, _, place in stored if place is not None)))
     made = (

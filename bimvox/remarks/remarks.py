@@ -1,26 +1,18 @@
-"""All remarks about a plan."""
+"""All remarks about a plan; also about one from a file, whose values need not make sense."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
 
+from bimvox.proof.values import check_values
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion
-from bimvox.records.remark import Remark, Severity
-from bimvox.remarks.assumptions import assumptions
-from bimvox.remarks.carrying import carried_low, doubtful_mass, high_utilisation
-from bimvox.remarks.density import density
-from bimvox.remarks.earlier import earlier
-from bimvox.remarks.floating import floating
-from bimvox.remarks.foot import crane_feet
-from bimvox.remarks.guided import guided
-from bimvox.remarks.machine import machines
-from bimvox.remarks.outside import outside
-from bimvox.remarks.overlaps import overlaps
-from bimvox.remarks.rules import rules
-from bimvox.remarks.storage import storage
+from bimvox.records.proof import Remark, Severity
+from bimvox.remarks.conditions import assumptions
+from bimvox.remarks.cranes import carried_low, crane_feet, doubtful_mass, high_utilisation, machines
+from bimvox.remarks.parts import density, floating, guided, overlaps, storage, transport
+from bimvox.remarks.rules import earlier, outside, rules
 from bimvox.remarks.subject import Subject
-from bimvox.remarks.transport import transport
 
 _FAMILIES = (
     machines, crane_feet, outside, floating, overlaps, density, transport, storage, carried_low, high_utilisation,
@@ -43,3 +35,12 @@ def remarks_of(plan: LiftPlan, motions: Collection[LiftMotion], context: Collect
     found = [remark for family in _FAMILIES for remark in family(subject)]
     rank = list(Severity)
     return tuple(sorted(found, key=lambda remark: rank.index(remark.severity)))
+
+
+def remarks_if_sensible(
+    plan: LiftPlan, motions: Collection[LiftMotion], context: Collection[Lift] = ()
+) -> tuple[Remark, ...] | None:
+    """Return the remarks about a plan; None if its values make no sense, because nothing follows from them."""
+    if not check_values(plan, tuple(motions), context).passed:
+        return None
+    return remarks_of(plan, motions, context)

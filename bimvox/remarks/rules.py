@@ -1,20 +1,26 @@
-"""Rules of the site that are looser than usual, and proofs that it switches off."""
+"""Rules that are looser than usual, proofs switched off, obstructions outside the site, what ends too late."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator, Sequence
 from math import degrees, pi
 
+from bimvox.errors import listed
+from bimvox.proof.over_time import not_current
 from bimvox.records.lift import Status
-from bimvox.records.remark import Remark, Severity
+from bimvox.records.programme import TaskDates
+from bimvox.records.proof import Remark, Severity
 from bimvox.remarks.subject import Subject, about
 from bimvox.site.crew_times import crew_times
 from bimvox.site.default_rules import ALL_KEPT
 from bimvox.site.governing_wind import needs_less_wind, permitted_for
 from bimvox.site.means import Means
-from bimvox.site.site import HeadingRule, Rules, SwingRule
+from bimvox.site.obstructions.coordinates import is_about_coordinates
+from bimvox.site.site import HeadingRule, Rules, Site, SwingRule
 from bimvox.site.transit_clearance import CLEARANCES
 from bimvox.site.work import Work, work_of
+from bimvox.units import clock
 
 WIND = "wind"
 LOW_WIND = "low_wind"
@@ -125,3 +131,78 @@ def _of_casting(subject: Subject) -> Iterator[Remark]:
             said = f"{own.hours_m3:g} hours of work for a cubic metre, {casting.people:g} people at one part"
             said = f"{said} and {own.wait_h:g} hours until it carries"
             yield Remark(CASTING_TIMES, Severity.MINOR, f"{said} are not those of concrete ({work.value})")
+
+
+OUTSIDE = "outside"
+COORDINATES = "coordinates"
+
+_NAMED = re.compile(r"obstruction .* lies outside the site, which is (.*)", re.DOTALL)
+_COUNTED = re.compile(r"more obstructions: .*?([\d,]+) outside the site")
+
+
+def outside(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about obstructions outside the site, a serious one if none is inside, and how others were read."""
+    notes = subject.site.obstruction_notes
+    yield from (Remark(COORDINATES, Severity.NOTE, note) for note in notes if is_about_coordinates(note))
+    if (said := none_inside(subject.site)) is not None:
+        yield Remark(OUTSIDE, Severity.SERIOUS, said)
+    elif count := _count(notes):
+        lie, them = ("lies", "it") if count == 1 else ("lie", "them")
+        said = f"{count:,} obstruction{'s' * (count > 1)} {lie} outside the site; nothing is planned around {them}"
+        yield Remark(OUTSIDE, Severity.NOTE, said)
+
+
+def none_inside(site: Site) -> str | None:
+    """Return the serious remark about a site outside of which all its obstructions lie; None if that is not so."""
+    notes = site.obstruction_notes
+    count = _count(notes)
+    if not count or any(blocker.kind == "obstruction" for blocker in site.blockers):
+        return None
+    whole, them = ("the only obstruction lies", "it") if count == 1 else (f"all {count:,} obstructions lie", "them")
+    extent = next((f", which is {found[1]}" for note in notes if (found := _NAMED.fullmatch(note))), "")
+    check = "check unit and coordinates of the file (bimvox inspect shows them)"
+    return f"{whole} outside the site{extent}: nothing is planned around {them}; {check}"
+
+
+def _count(notes: Sequence[str]) -> int:
+    """Return how many obstructions lie outside the site by these notes."""
+    counted = (int(found[1].replace(",", "")) for note in notes if (found := _COUNTED.match(note)))
+    return sum(_NAMED.fullmatch(note) is not None for note in notes) + sum(counted)
+
+
+NOT_CURRENT = "not_current"
+
+
+def earlier(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every part that was set before the obstructions became the current ones, with the times."""
+    ids = set(not_current(subject.plan, subject.motions))
+    set_ns = {motion.component: motion.set_ns for motion in subject.motions}
+    for component in subject.lifted:
+        if component.id in ids:
+            set_at, since = (clock(ns / 1e9) for ns in (set_ns[component.index], subject.plan.history[-1].until_ns))
+            said = (
+                f"its lift is proven against earlier obstructions only: it was set at {set_at}, before they became the "
+                f"current ones at {since}"
+            )
+            yield about(component, NOT_CURRENT, Severity.MINOR, said)
+
+
+LATE = "late"
+_MOST_NAMED = 5
+
+
+def late(tasks: Iterable[TaskDates]) -> tuple[Remark, ...]:
+    """Return one remark about the tasks of a programme that end on a later day than it wants; the latest first."""
+    tasks = tuple(tasks)
+    found = sorted(
+        ((task.late_days or 0, task) for task in tasks if (task.late_days or 0) > 0), key=lambda one: -one[0]
+    )
+    if not found:
+        return ()
+    named = listed((f"{task.task.path} ({_days(days)})" for days, task in found), _MOST_NAMED)
+    said = f"{len(found):,} of {len(tasks):,} tasks of the programme end later than it wants: {named}"
+    return (Remark(LATE, Severity.MINOR, said),)
+
+
+def _days(days: int) -> str:
+    return f"{days:,} working day{'' if days == 1 else 's'}"

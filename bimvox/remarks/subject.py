@@ -7,7 +7,7 @@ from functools import cached_property
 
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.records.remark import Remark, Severity
+from bimvox.records.proof import Remark, Severity
 from bimvox.site.component import Component
 from bimvox.site.site import Site
 

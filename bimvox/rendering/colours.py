@@ -5,7 +5,7 @@ Classes of parts and other groups use Paul Tol's light palette.
 
 from __future__ import annotations
 
-from bimvox.records.remark import Severity
+from bimvox.records.proof import Severity
 from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
 
 UNBUILT: Rgb = STATE_RGB[ConstructionState.UNBUILT]

@@ -1,19 +1,182 @@
-"""The current plan, proven, with all that a revision needs to know about it."""
+"""The current plan, proven, and the change that it is to be revised for."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from bimvox.grid.bricks import distinct
+from bimvox.grid.frame import NO_CELLS
+from bimvox.planning.preparation import Preparation
 from bimvox.planning.propose import Propose
 from bimvox.proof.footprint import Footprint, MotionFootprint, motion_footprint, path_footprint
-from bimvox.records.lift import LiftPlan, Status
-from bimvox.records.motion import LiftMotion
-from bimvox.revision.footprints import Footprints
-from bimvox.revision.held_cranes import HeldCranes
-from bimvox.revision.obstruction_change import ObstructionChange
+from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.revision.recall import Memory
-from bimvox.stop.redirect import Held, Redirected
+from bimvox.site.site import Site
+from bimvox.stop.redirect import HOLD_S, Held, Redirected, is_set
+from bimvox.workers import ALONE, Workers
+
+F = TypeVar("F", Footprint, MotionFootprint)
+
+
+class Footprints(Mapping[int, F]):
+    """Footprints by order of the lift.
+
+    Args:
+        to_make: How to make each.
+        made: Others that are made already.
+    """
+
+    def __init__(self, to_make: Mapping[int, Callable[[], F]], made: Mapping[int, F]) -> None:
+        self._to_make: dict[int, Callable[[], F]] = dict(to_make)
+        self._made: dict[int, F] = dict(made)
+
+    def __getitem__(self, order: int) -> F:
+        if order in self._to_make:
+            self._made[order] = self._to_make[order]()
+            del self._to_make[order]
+        return self._made[order]
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(sorted({*self._to_make, *self._made}))
+
+    def __len__(self) -> int:
+        return len({*self._to_make, *self._made})
+
+    def __contains__(self, order: object) -> bool:
+        return order in self._to_make or order in self._made
+
+    def after(self, earlier: Mapping[int, F]) -> Footprints[F]:
+        """Return these, and the earlier ones of other lifts; none is made."""
+        before = earlier if isinstance(earlier, Footprints) else Footprints({}, earlier)
+        made = {order: one for order, one in before._made.items() if order not in self._to_make}
+        to_make = {order: make for order, make in before._to_make.items() if order not in self._made}
+        return Footprints({**to_make, **self._to_make}, {**made, **self._made})
+
+    def only(self, orders: Collection[int]) -> Footprints[F]:
+        """Return those of some lifts; none is made."""
+        to_make = {order: self._to_make[order] for order in orders if order in self._to_make}
+        made = {order: self._made[order] for order in orders if order in self._made}
+        return Footprints(to_make, made)
+
+    def make_all(self) -> None:
+        """Make those that are not made yet."""
+        for order in tuple(self._to_make):
+            self[order]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HookWay:
+    """A move of an empty hook that has begun.
+
+    Attributes:
+        start_ns: When it began, on the site's clock.
+        way: Its samples, from 0, to where the hook is at rest.
+        stopped_ns: When the crane began to brake, on the site's clock; None if the hook completes the move.
+        is_free: Whether the hook, including its swing, met nothing while it stopped.
+    """
+
+    start_ns: int
+    way: Trajectory
+    stopped_ns: int | None = None
+    is_free: bool = True
+
+    @property
+    def end_ns(self) -> int:
+        """When the hook is at rest."""
+        return self.start_ns + int(self.way.time_ns[-1])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldHook:
+    """The position of a crane.
+
+    Attributes:
+        crane: Its number.
+        stands: Slew (rad), radius (m) and height (m) at the start of the clock.
+        ways: Moves of its empty hook since its last lift was hooked on or done, in order.
+    """
+
+    crane: int
+    stands: tuple[float, float, float]
+    ways: tuple[HookWay, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldCranes:
+    """The cranes of a site while loads are held; one may still complete an earlier lift.
+
+    Attributes:
+        loads: The loads on their hooks, in order.
+        hooks: Positions of the cranes; empty if there is only one (its load gives its position).
+    """
+
+    loads: tuple[Held, ...]
+    hooks: tuple[HeldHook, ...] = ()
+
+    @property
+    def orders(self) -> frozenset[int]:
+        """Orders of the lifts whose loads are on the hooks."""
+        return frozenset(load.lift.order for load in self.loads)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ObstructionChange:
+    """The difference between the obstructions of two sites with the same fixed part.
+
+    Attributes:
+        added: (N, 3) int32 cells that an obstruction occupies now and none did before, whatever else occupies them.
+        removed: (M, 3) int32 cells that an obstruction occupied before and none does now.
+        ids: Ids of the obstructions that were added, removed, or changed.
+    """
+
+    added: NDArray[np.int32]
+    removed: NDArray[np.int32]
+    ids: frozenset[str]
+
+    @property
+    def cells(self) -> int:
+        """Number of cells that changed."""
+        return len(self.added) + len(self.removed)
+
+
+def change_between(before: Site, after: Site) -> ObstructionChange:
+    """Return the difference between the obstructions of two sites."""
+    old, new = _obstructions(before), _obstructions(after)
+    ids = {name for name in old.keys() | new.keys() if not _same(old.get(name), new.get(name))}
+    if not ids:
+        return ObstructionChange(NO_CELLS, NO_CELLS, frozenset())
+    there, here = _flat(old, after.shape), _flat(new, after.shape)
+    return ObstructionChange(
+        _cells(np.setdiff1d(here, there, assume_unique=True), after.shape),
+        _cells(np.setdiff1d(there, here, assume_unique=True), after.shape),
+        frozenset(ids),
+    )
+
+
+def _obstructions(site: Site) -> dict[str, NDArray[np.int32]]:
+    return {blocker.id: blocker.cells for blocker in site.blockers if blocker.kind == "obstruction"}
+
+
+def _same(one: NDArray[np.int32] | None, other: NDArray[np.int32] | None) -> bool:
+    return one is not None and other is not None and np.array_equal(one, other)
+
+
+def _flat(obstructions: dict[str, NDArray[np.int32]], shape: tuple[int, int, int]) -> NDArray[np.int64]:
+    """Return (N,) int64 flat indices of all cells, ascending, without duplicates."""
+    if not obstructions:
+        return np.zeros(0, np.int64)
+    cells = np.concatenate(list(obstructions.values())).astype(np.int64)
+    return distinct((cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2])
+
+
+def _cells(flat: NDArray[np.int64], shape: tuple[int, int, int]) -> NDArray[np.int32]:
+    return np.stack(np.unravel_index(flat, shape), axis=1).astype(np.int32)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,3 +285,63 @@ def current_plan_of(plan: LiftPlan, motions: Iterable[LiftMotion]) -> CurrentPla
             motion = by_order[lift.order]
             moved[lift.order] = motion_footprint(plan.site, lift, motion)
     return CurrentPlan(plan, by_order, paths, moved, pending=frozenset(pending))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RevisionRequest:
+    """What to revise a plan for, and how.
+
+    Attributes:
+        site: The same site with its current obstructions.
+        preparation: What was prepared for it.
+        propose: The policy; None for search without a policy.
+        first: How many new lifts the first part contains; the rest follows in larger parts. With several cranes there
+            is one part.
+        now_ns: The time on the site's clock if the plan is being carried out, otherwise None. What was done until then
+            stays as driven; a load under way that the change meets is stopped, and continues from where it is.
+        hold_s: The shortest time for which a stopped load is held.
+        retrained: A policy that was trained further, asked again for some lifts; its paths are taken if they are proven
+            and no longer.
+        workers: Share the work.
+    """
+
+    site: Site
+    preparation: Preparation
+    propose: Propose | None = None
+    first: int = 20
+    now_ns: int | None = None
+    hold_s: float = HOLD_S
+    retrained: RetrainedPolicy | None = None
+    workers: Workers = ALONE
+
+
+def last_finished(current: CurrentPlan, now_ns: int | None) -> int:
+    """Return the order of the last lift that is done or was skipped; -1 if there is none.
+
+    Later lifts have not begun, or are under way.
+
+    ``now_ns``: the time on the site's clock; None if the plan is not being carried out.
+    """
+    if now_ns is None:
+        return -1
+    last = -1 if current.held is None else current.held.loads[0].lift.order - 1
+    for order, motion in current.on_the_clock.items():
+        if is_set(motion, now_ns):
+            last = max(last, order)
+        elif motion.start_ns < now_ns:
+            last = max(last, order - 1)
+    return last
+
+
+def motion_under_way(current: CurrentPlan, lift: Lift, now_ns: int | None) -> LiftMotion | None:
+    """Return the motion of a lift that is not done, if it is under way; otherwise None.
+
+    ``now_ns``: the time on the site's clock; None if the plan is not being carried out.
+    """
+    if current.held is not None:
+        held = current.held.loads[0]
+        return held.motion if held.lift.order == lift.order else None
+    if now_ns is None:
+        return None
+    motion = current.on_the_clock.get(lift.order)
+    return motion if motion is not None and motion.start_ns < now_ns else None

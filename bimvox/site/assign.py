@@ -14,9 +14,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.bound import rest_to_rest_s
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.travel import rest_to_rest_s
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import Component
 from bimvox.site.config.site_config import SiteConfig

@@ -10,11 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import BUILT, Element, Role
-from bimvox.crane.geometry import mast_box_m
-from bimvox.crane.outline import highest_point_m
+from bimvox.crane.outline import highest_point_m, mast_box_m
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.grid.frame import GridFrame, whole_cells
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import GridFrame, Label, whole_cells
 from bimvox.site.access import check_access, ground_of
 from bimvox.site.areas import columns_centred_in
 from bimvox.site.assign import assigned

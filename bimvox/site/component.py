@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import Casting, TriangleMesh, part_name
 from bimvox.bim.kinds.kind import UNKNOWN, Judgement
 from bimvox.bim.mass_uncertainty import mass_uncertainty
-from bimvox.crane.rig import Rig
+from bimvox.crane.gear import Rig
 from bimvox.site.means import Means
 from bimvox.sparse import SPARSE
 

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from itertools import combinations, permutations
 from math import hypot
 
-from bimvox.crane.geometry import mast_box_m
-from bimvox.crane.outline import outline_of
+from bimvox.crane.outline import mast_box_m, outline_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.config.site_config import SiteConfig
 

@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from bimvox.bim.building import Element
-from bimvox.crane.fit import MARGIN_M, distances_m, standing
-from bimvox.crane.fit_luffing import built_heights, points_blocked
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.machine import Machine
+from bimvox.crane.reach import MARGIN_M, built_heights, distances_m, points_blocked, standing
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.catalogue import machine_called
 from bimvox.site.config.site_config import Polygon, SiteConfig

@@ -10,10 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Element
-from bimvox.crane.fit import distances_m
-from bimvox.crane.fit_luffing import highest_hooks_m
 from bimvox.crane.load_chart import LoadChart, capacity_kg
-from bimvox.crane.reach import allowed_radii_m
+from bimvox.crane.reach import allowed_radii_m, distances_m, highest_hooks_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.parts import centre_of_mass_m
 

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Building, Role
-from bimvox.crane.geometry import mast_box_m
-from bimvox.crane.outline import highest_point_m
+from bimvox.crane.outline import highest_point_m, mast_box_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import GridTooLargeError
 from bimvox.grid.frame import GridFrame, whole_cells

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from bimvox.crane.load_chart import permitted_wind_m_s
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.crane.wind import permitted_wind_m_s
 from bimvox.site.component import Component
 from bimvox.site.lifting import hung_kg
 from bimvox.site.site import Site

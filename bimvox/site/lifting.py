@@ -15,7 +15,7 @@ import numpy as np
 from bimvox.bim.building import Element
 from bimvox.crane.choose_rig import NoGearError, choose_rig
 from bimvox.crane.gear import Gear, GearKind
-from bimvox.crane.rigging import rigged
+from bimvox.crane.kinematics import rigged
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import Component, Lifting

@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from bimvox.crane.luffing import LuffingJib
-from bimvox.crane.rigging import with_luffing_jib
-from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.kinematics import with_luffing_jib
+from bimvox.crane.tower_crane import LuffingJib, TowerCrane
 from bimvox.errors import InputError
 from bimvox.site.catalogue import machines_of
 from bimvox.site.config.crane import CraneConfig, LuffAxisConfig, LuffingConfig, TravelConfig

@@ -7,12 +7,9 @@ from collections.abc import Sequence
 from dataclasses import MISSING, asdict, fields, replace
 from typing import Any, Literal
 
-from bimvox.crane.difference import differences
-from bimvox.crane.machine import Machine, carries_most
-from bimvox.crane.override import Override
-from bimvox.crane.rigging import with_reeving
-from bimvox.crane.tower_crane import Reeving, TowerCrane
-from bimvox.crane.working_range import UNLIMITED, SlowZone
+from bimvox.crane.kinematics import with_reeving
+from bimvox.crane.machine import Machine, carries_most, differences
+from bimvox.crane.tower_crane import UNLIMITED, Override, Reeving, SlowZone, TowerCrane
 from bimvox.errors import ConfigError, enumerated
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
 from bimvox.site.config.crane import (

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from bimvox.bim.building import BUILT, Element
-from bimvox.crane.fit import MARGIN_M, MAST_CLEARANCE_M
+from bimvox.crane.reach import MARGIN_M, MAST_CLEARANCE_M
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.outlines import shadow

@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import BUILT, Building, Element
+from bimvox.bim.cut_back import cut_back
 from bimvox.bim.site_frame import in_site_frame
 from bimvox.errors import SelectionError
 from bimvox.site.config.site_config import SiteConfig
 
 
 def place_building(config: SiteConfig, building: Building) -> tuple[Building, NDArray[np.float64]]:
-    """Return a building in the site frame.
+    """Return a building in the site frame, with what is cut there to fit.
 
     Args:
         config: The site file, with ``model.ground_m``.
@@ -30,7 +31,7 @@ def place_building(config: SiteConfig, building: Building) -> tuple[Building, ND
     placed, site_to_local = in_site_frame(building, ground_m=local_m, yaw_rad=config.model.yaw_rad)
     site_to_ifc = site_to_local.copy()
     site_to_ifc[:3, 3] += building.origin_m
-    return placed, site_to_ifc
+    return cut_back(placed), site_to_ifc
 
 
 def built_elements(elements: Iterable[Element]) -> list[Element]:

@@ -14,10 +14,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from bimvox.crane.fit import distances_m, radii_for_m
-from bimvox.crane.fit_luffing import highest_hooks_m
+from bimvox.crane.kinematics import hoist_limits
 from bimvox.crane.load_chart import capacity_kg
-from bimvox.crane.rigging import hoist_limits
+from bimvox.crane.reach import distances_m, highest_hooks_m, radii_for_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.travel import Travel
 

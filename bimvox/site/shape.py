@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bimvox.grid.boxes import boxes_of
+from bimvox.grid.summed_area import boxes_of
 from bimvox.site.component import Component, IntVec, Shape, StoredPose
 
 

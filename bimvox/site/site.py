@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from math import pi
 
@@ -222,6 +222,12 @@ class Site:
     def is_obstructed(self) -> bool:
         """Whether there is any obstruction."""
         return any(blocker.kind == "obstruction" for blocker in self.blockers)
+
+    @property
+    def all_but_parts(self) -> tuple[object, ...]:
+        """All that the site holds except its components and the digests of them."""
+        its = {"components", "geometry_digest", "fixed_digest", "digest"}
+        return tuple(getattr(self, one.name) for one in fields(self) if one.name not in its)
 
     @property
     def has_several_cranes(self) -> bool:

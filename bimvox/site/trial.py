@@ -16,10 +16,9 @@ import shapely
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Element
-from bimvox.crane.fit import distances_m, radii_for_m
-from bimvox.crane.fit_luffing import highest_hooks_m
-from bimvox.crane.geometry import mast_box_m
 from bimvox.crane.load_chart import capacity_kg
+from bimvox.crane.outline import mast_box_m
+from bimvox.crane.reach import distances_m, highest_hooks_m, radii_for_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import ConfigError
 from bimvox.site.config.site_config import Polygon, SiteConfig, ZoneConfig

@@ -10,7 +10,7 @@ import shapely
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Element
-from bimvox.crane.fit import MAST_CLEARANCE_M
+from bimvox.crane.reach import MAST_CLEARANCE_M
 from bimvox.site.config.site_config import Polygon
 from bimvox.site.parts import is_erected
 from bimvox.site.yard_rules import TRUCK_M

@@ -14,16 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.bound import point_to_point_s
-from bimvox.crane.luffing import radius_limits
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane, radius_limits
+from bimvox.crane.travel import point_to_point_s
 from bimvox.errors import InputError
 from bimvox.motion.swing import RiggedCrane
 from bimvox.motion.timeline import sample_times
 from bimvox.motion.trajectories import between, delayed, trajectory_of
-from bimvox.records.motion import LiftMotion
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.units import NS_PER_S
 
 _WINDOW = 5

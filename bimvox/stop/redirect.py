@@ -23,11 +23,9 @@ from bimvox.motion.trajectories import cut_at, delayed, delayed_phases, phases_f
 from bimvox.planning.search import shortest_path
 from bimvox.planning.stage import Obstacle, Stage
 from bimvox.planning.turning import turning_stage
-from bimvox.records.heading import turn_back_s
-from bimvox.records.lift import LeftPath, Lift, Method, Status
-from bimvox.records.motion import LiftMotion, Phase, PhaseName
-from bimvox.records.reasons import LOAD_IS_HELD, NOT_DRIVEN
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.lift import LOAD_IS_HELD, NOT_DRIVEN, LeftPath, Lift, Method, Status
+from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
+from bimvox.records.track import turn_back_s
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import IntVec
 from bimvox.site.site import Site

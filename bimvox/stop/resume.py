@@ -18,9 +18,8 @@ from bimvox.motion.swing import RiggedCrane
 from bimvox.motion.time_lift import carrying_phases
 from bimvox.motion.timeline import Timeline, followed, in_sequence, sampled
 from bimvox.motion.trajectories import cut_at, phases_from, stopped, trajectory_of
-from bimvox.records.guide import Guide
-from bimvox.records.motion import LiftMotion, Phase, PhaseName
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.lift import Guide
+from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.stop.brake_axes import EmergencyStop
 from bimvox.units import NS_PER_S
@@ -145,9 +144,7 @@ def interrupted(
 def cut_short(motion: LiftMotion, stop: EmergencyStop | None) -> LiftMotion:
     """Return a lift up to the end of its stop; what follows is unknown.
 
-    Args:
-        motion: The lift as planned.
-        stop: Its stop, begun while the load was carried; None if it was not carried yet: until its part is raised.
+    ``stop``: its stop, begun while the load was carried; None if it was not carried yet: until its part is raised.
     """
     if stop is None:
         raised_ns = motion.start_ns + int(motion.loaded.time_ns[0])

@@ -10,18 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from bimvox.bim.building import Building, Element, Role, Source
 from bimvox.errors import InputError, SelectionError
-from bimvox.grid.frame import GridFrame
-from bimvox.grid.in_order import in_order
-from bimvox.grid.labels import Label
-from bimvox.grid.limits import CELL_LIMIT
+from bimvox.grid.frame import CELL_LIMIT, GridFrame, Label
+from bimvox.grid.storage import in_order
 from bimvox.grid.voxel_grid import Part, VoxelGrid
-from bimvox.voxelization.batch import Batch, wind_batch
-from bimvox.voxelization.lattice import cell_range, lattice_triangles, require_size
-from bimvox.voxelization.limits import require_fit
-from bimvox.voxelization.meshes import Meshes, batches_of
+from bimvox.voxelization.lattice import cell_range, lattice_triangles, require_fit, require_size
+from bimvox.voxelization.meshes import Meshes, batches_of, grouped, kinds_of, part_keys
 from bimvox.voxelization.ownership import Ownership
-from bimvox.voxelization.part import PartVoxels, voxelize_mesh
-from bimvox.voxelization.repeats import grouped, kinds_of, part_keys
+from bimvox.voxelization.part import Batch, PartVoxels, voxelize_mesh, wind_batch
 from bimvox.voxelization.solid import Fill
 
 LABEL_OF_ROLE = {

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.grid.bricks import BRICK, Bricks
-from bimvox.voxelization.batch import Batch
 from bimvox.voxelization.owner_kernels import (
     AIR,
     EnterScratch,
@@ -22,9 +21,10 @@ from bimvox.voxelization.owner_kernels import (
     SharedRows,
     enter,
     enter_batch,
+    settle,
+    sorted_rows,
 )
-from bimvox.voxelization.owner_settle import settle, sorted_rows
-from bimvox.voxelization.part import PartVoxels
+from bimvox.voxelization.part import Batch, PartVoxels
 
 # Initial room, in bricks and in rows of the list of shared cells.
 _RESERVED = 1 << 20

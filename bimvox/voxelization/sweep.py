@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, leaf_kernel
 from bimvox.voxelization.bits import NONE, ONE, WORD, CellPlanes, lowest, population, stretch
-from bimvox.voxelization.faces import HEIGHT_BITS, UNIT, Faces, heights_of
-from bimvox.voxelization.lines import ALL, LEAVES, Records, Slab
-from bimvox.voxelization.samples import SAMPLES
+from bimvox.voxelization.lattice import SAMPLES
+from bimvox.voxelization.lines import ALL, HEIGHT_BITS, LEAVES, UNIT, Faces, Records, Slab, heights_of
 
 FULL = 1 << 14
 """The share of a full cell; shares are counted in 2^-14 of a cell."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from bimvox.records.remark import number_in_words
+from bimvox.records.proof import number_in_words
 from bimvox_cli.output import Column, fields, spent, table
 from bimvox_cli.remarks import coloured
 

@@ -36,7 +36,7 @@ class LiveProgress(SilentProgress):
         self._kernels = 0
 
     def compiling(self, begun: int, now: bool) -> None:
-        """Say that kernels are compiled, which takes long and happens once, and how many; see `bimvox.compiling`."""
+        """Say that kernels are compiled, which takes long and happens once, and how many; see `bimvox.progress`."""
         first, self._kernels = now and begun == 1, begun if now else 0
         if self._bars is not None:
             self._bars.update(self._task, description=self._words())

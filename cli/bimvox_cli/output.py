@@ -83,8 +83,7 @@ class Output:
 @contextmanager
 def open_output(*, as_json: bool, quiet: bool, verbose: bool = False) -> Iterator[Output]:
     """Open the output of one run; the progress bar disappears however the run ends. ``quiet`` outdoes ``verbose``."""
-    from bimvox.compiling import told
-    from bimvox.progress import SilentProgress
+    from bimvox.progress import SilentProgress, told
 
     progress: Progress
     with ExitStack() as stack:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox.errors import InputError, listed
-from bimvox.records.remark import ASSUMED_KIND
+from bimvox.records.proof import ASSUMED_KIND
 from bimvox.units import clock, elapsed
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
 from bimvox_cli.options import FullRate, PolicyId, Programme, Seed, Steps, Train, command
@@ -92,7 +92,7 @@ def plan(
     from bimvox_pipeline.plan import plan as run
     from bimvox_pipeline.warm_up import helped
 
-    from bimvox.library.policy_wish import PolicyWish
+    from bimvox.library.arguments import PolicyWish
 
     site = sites[0]
     with helped("plan"):
@@ -218,7 +218,7 @@ def _first_line(document: Mapping[str, Any], planned: int, others: int) -> Text:
 
 
 def _verdict(document: Mapping[str, Any], others: int) -> str:
-    from bimvox.records.other_means import proven_in_words  # heavy
+    from bimvox.records.steps import proven_in_words  # heavy
 
     return f"every planned lift is {proven_in_words(others)}" if document["verified"] else "FAILED"
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox.records.remark import number_in_words
+from bimvox.records.proof import number_in_words
 from bimvox_cli.output import rows
 
 if TYPE_CHECKING:

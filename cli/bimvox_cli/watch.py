@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox.records.remark import number_in_words
+from bimvox.records.proof import number_in_words
 from bimvox_cli import failure
 from bimvox_cli.fleet_options import Jobs
 from bimvox_cli.options import PolicyId, Programme, Seed, Steps, Train, command
@@ -98,7 +98,7 @@ def watch(
     from bimvox_pipeline.watch.plan import WatchWish
     from bimvox_pipeline.watch.watch import watch as run
 
-    from bimvox.library.policy_wish import PolicyWish
+    from bimvox.library.arguments import PolicyWish
 
     code = failure.DONE
     shown = _Shown(obstructions.name, table=not (once or output.as_json or output.quiet or traffic))

@@ -9,13 +9,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, BinaryIO, Self, cast
 
-from bimvox.crane.identity import identity
+from bimvox.crane.machine import identity
 from bimvox.files import check_output, default_output, put_in_place, written_aside
-from bimvox.library.obstructions import read_obstructions
+from bimvox.library.arguments import PolicyWish
 from bimvox.library.plan import planned
-from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import Planned
-from bimvox.library.site import load_site
+from bimvox.library.site import load_site, read_obstructions
 from bimvox.log.dates import log_dates
 from bimvox.log.plan_log import PlanLog, with_full_rate
 from bimvox.log.recorder import write_log
@@ -26,8 +25,7 @@ from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
 from bimvox.records.lift import LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
-from bimvox.records.not_lifted import not_lifted_groups
-from bimvox.records.other_means import needed_by_ns
+from bimvox.records.steps import needed_by_ns, not_lifted_groups
 from bimvox.site.part_names import names_by_id
 from bimvox.workers import Workers
 

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import importlib
+import io
 import sys
 import tempfile
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import InputError, MissingPackageError, PolicyError
 from bimvox.files import check_output, read_input, write_atomically
+from bimvox.grid.layout import BROKEN_ZIP, write_archive
 
 if TYPE_CHECKING:
     from bimvox.planning.rollout import TowardsTarget, Values
@@ -20,7 +23,43 @@ if TYPE_CHECKING:
     from bimvox.progress import Progress
 
 
-FORMATS = {"bimvox": ".policy.zip", "onnx": ".onnx", "sb3": ".sb3.zip"}
+def pack(files: dict[str, bytes]) -> bytes:
+    """Return files as the bytes of a zip; the same files give the same bytes."""
+    buffer = io.BytesIO()
+    write_archive(buffer, sorted(files.items()))
+    return buffer.getvalue()
+
+
+def unpack(content: bytes, names: tuple[str, ...], largest_bytes: int) -> dict[str, bytes]:
+    """Return the files of a zip of :func:`pack`.
+
+    Args:
+        content: The zip.
+        names: The files that it must hold, and no others.
+        largest_bytes: Largest size of a file.
+
+    Raises:
+        PolicyError: It is not such a zip, or it is damaged.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            held = sorted(info.filename for info in archive.infolist())
+            if held != sorted(names):
+                shown = ", ".join(held[:5]) or "nothing"
+                raise PolicyError(
+                    f"holds {shown}, not {' and '.join(sorted(names))}",
+                    differs={"files": (held, sorted(names))},
+                    hint="a file of `bimvox policy export` is needed; for one of stable-baselines3 add --trust",
+                )
+            for info in archive.infolist():
+                if info.file_size > largest_bytes:
+                    raise PolicyError(f"{info.filename}: {info.file_size:,} bytes, more than a policy can have")
+            return {name: archive.read(name) for name in names}
+    except BROKEN_ZIP as error:
+        raise PolicyError(f"not a whole zip file: {error}", hint="copy or export it again") from error
+
+
+_FORMATS = {"bimvox": ".policy.zip", "onnx": ".onnx", "sb3": ".sb3.zip"}
 """The formats, with the default suffix of their files."""
 
 _SB3_MEMBER = "policy.pth"
@@ -31,7 +70,7 @@ def export_policy(policy_id: str, *, to: str | None = None, out: Path | None = N
 
     Args:
         policy_id: Its id, or the beginning of it.
-        to: A key of ``FORMATS``; default: by the suffix of ``out``, otherwise ``bimvox``.
+        to: A key of ``_FORMATS``; default: by the suffix of ``out``, otherwise ``bimvox``.
         out: The file; default: the id, in the current folder.
 
     Returns:
@@ -44,10 +83,10 @@ def export_policy(policy_id: str, *, to: str | None = None, out: Path | None = N
     from bimvox.policy import store
 
     form = to or _form_by_name(out)
-    if form not in FORMATS:
-        raise InputError(f"--to {form}: there is no such format of a policy", hint=f"one of {', '.join(FORMATS)}")
+    if form not in _FORMATS:
+        raise InputError(f"--to {form}: there is no such format of a policy", hint=f"one of {', '.join(_FORMATS)}")
     found = store.load(policy_id)
-    target = out or Path(f"{found.manifest.id}{FORMATS[form]}")
+    target = out or Path(f"{found.manifest.id}{_FORMATS[form]}")
     check_output(target)
     write_atomically(target, _bytes(found, form))
     return {"id": found.manifest.id, "out": str(target), "format": form}
@@ -67,7 +106,6 @@ def import_policy(source: Path, *, trust: bool = False) -> dict[str, Any]:
         PolicyError: If it is not a policy, is damaged, or does not fit this version.
     """
     from bimvox.policy import store
-    from bimvox.policy.bundle import unpack
 
     content = read_input(source, most_bytes=2 * store.LARGEST_FILE_BYTES)
     try:
@@ -84,13 +122,12 @@ def import_policy(source: Path, *, trust: bool = False) -> dict[str, Any]:
 def _form_by_name(out: Path | None) -> str:
     if out is None:
         return "bimvox"
-    fitting = [form for form, end in FORMATS.items() if out.name.lower().endswith(end)]
+    fitting = [form for form, end in _FORMATS.items() if out.name.lower().endswith(end)]
     return fitting[0] if fitting else "bimvox"
 
 
 def _bytes(found: StoredPolicy, form: str) -> bytes:
     from bimvox.policy import store
-    from bimvox.policy.bundle import pack
 
     if form == "bimvox":
         return pack(store.files_of(found.manifest.id))
@@ -129,8 +166,8 @@ def _from_sb3(content: bytes, trust: bool) -> str:
         )
     from bimvox.policy import store
     from bimvox.policy.config import DqnConfig
+    from bimvox.policy.manifest import TrainedPolicy
     from bimvox.policy.sb3_file import read_sb3_zip
-    from bimvox.policy.trained import TrainedPolicy
 
     network = read_sb3_zip(content)
     config = DqnConfig(hidden=network.layer_sizes[1:-1])

@@ -64,7 +64,7 @@ def _grid_json_schema() -> dict[str, Any]:
     """Return the JSON Schema of the attributes of a grid file's Zarr group, with a list of its arrays."""
     from pydantic import TypeAdapter
 
-    from bimvox.grid.labels import Label
+    from bimvox.grid.frame import Label
     from bimvox.grid.layout import ARRAYS, FORMAT, SUFFIX, VERSION
     from bimvox.grid.voxel_grid import Part
 

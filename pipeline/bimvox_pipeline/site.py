@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from bimvox.bim.options import ReadOptions
-from bimvox.errors import FileError, listed
+from bimvox.errors import FileError, SelectionError, listed
 from bimvox.files import check_output, default_output, read_input, require_input, seen_from, write_together
 from bimvox.library.building import say_notes
 from bimvox.progress import Progress
@@ -50,8 +50,8 @@ def init(
     from bimvox.rendering.report.drawing_file import drawing_file
     from bimvox.rendering.report.site_drawing import drawing_of_site
     from bimvox.site.config.kind_file import corrections_in
-    from bimvox.site.config.site_config import ModelConfig
-    from bimvox.site.config.template import site_toml
+    from bimvox.site.config.site_config import ModelConfig, SiteConfig
+    from bimvox.site.config.template import precast_line, site_toml
     from bimvox.site.guess import cranes_that_fit, ground_why, guess_site
     from bimvox.site.kind_rows import kind_rows
     from bimvox.site.machine_names import machines_called
@@ -74,20 +74,23 @@ def init(
     building = read_building(model, options, progress.report)
     say_notes(building, progress)
     progress.stage("guess")
-    config = guess_site(
-        building,
-        ModelConfig(
-            path=seen_from(target.resolve().parent, model.resolve()),
-            select=options.select,
-            unit=cast("Any", options.unit),
-            up=options.up,
-            assemblies=options.assemblies,
-            voxel_size_m=voxel_size_m,
-            kinds=() if kind_file is None else (kind_file.name,),
-        ),
-        name=model.stem,
-        machines=machines,
+    said = ModelConfig(
+        path=seen_from(target.resolve().parent, model.resolve()),
+        select=options.select,
+        unit=cast("Any", options.unit),
+        up=options.up,
+        assemblies=options.assemblies,
+        voxel_size_m=voxel_size_m,
+        kinds=() if kind_file is None else (kind_file.name,),
     )
+    try:
+        config = guess_site(building, said, name=model.stem, machines=machines)
+    except SelectionError as error:
+        line = precast_line(said, kind_rows(SiteConfig(model=said), building))
+        if not line:
+            raise
+        how = f"if they are precast, save this line as {target} and run bimvox plan {target}: {line}"
+        raise SelectionError(error.message, hint=f"{how}; otherwise {error.hint}") from error
     kinds = kind_rows(config, building)
     progress.stage("cranes")
     own, fits = cranes_that_fit(config, building)

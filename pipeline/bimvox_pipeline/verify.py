@@ -7,16 +7,15 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from bimvox.crane.identity import identity
-from bimvox.library.user_files import Given
+from bimvox.crane.machine import identity
+from bimvox.library.claims import Given
 from bimvox.library.verify import prove, prove_further, read_whole
 from bimvox.log.dates import all_remarks
 from bimvox.log.plan_log import PlanLog
 from bimvox.progress import Progress
 from bimvox.records.lift import infeasible_among
-from bimvox.records.not_lifted import not_lifted_groups
-from bimvox.records.other_means import by_other_means, proven_in_words
 from bimvox.records.proof import Check, Verification
+from bimvox.records.steps import by_other_means, not_lifted_groups, proven_in_words
 from bimvox.remarks.conditions import conditions_of
 from bimvox.units import clock
 

@@ -50,7 +50,7 @@ def voxelize(
     from bimvox.grid.storage import write_grid
     from bimvox.units import metres_per
     from bimvox.voxelization.building import voxelize_building
-    from bimvox.voxelization.limits import default_voxel_size_m
+    from bimvox.voxelization.lattice import default_voxel_size_m
     from bimvox_pipeline.inspect.grid import describe_parts, describe_totals
 
     require_input(model)

@@ -79,7 +79,7 @@ class Helper:
         self._worker: subprocess.Popen[bytes] | None = None
 
     def compiling(self, begun: int, now: bool) -> None:
-        """Take a report; see `bimvox.compiling`."""
+        """Take a report; see `bimvox.progress`."""
         self._before = begun if self._before is None else self._before
         if now and begun > self._before and self._worker is None and processors() > 1:
             self._worker = _started(self._act, forwards=False)
@@ -93,7 +93,7 @@ class Helper:
 @contextmanager
 def helped(act: str) -> Iterator[None]:
     """Compile in two processes in the ``with`` block, should anything have to be compiled."""
-    from bimvox.compiling import told
+    from bimvox.progress import told
 
     helper = Helper(act)
     try:

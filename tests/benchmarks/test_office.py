@@ -10,7 +10,7 @@ from benchmarks.voxelize import prisms
 from benchmarks.voxelize.office import i_section, office, wall_with_openings
 from benchmarks.voxelize.solids import blob, cube, terrain
 from bimvox.bim.building import Building, TriangleMesh
-from bimvox.voxelization.limits import cell_count
+from bimvox.voxelization.lattice import cell_count
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from benchmarks.voxelize.score import judge, unpacked
 from benchmarks.voxelize.solids import of_one
 from benchmarks.voxelize.tool import OURS, TOOLS, mask_of
 from bimvox.bim.building import TriangleMesh
-from bimvox.grid.part_cells import part_cells
+from bimvox.grid.voxel_grid import part_cells
 from bimvox.voxelization.building import voxelize_building
 
 H = 0.25

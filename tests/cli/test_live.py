@@ -9,11 +9,11 @@ from bimvox_cli import live
 from bimvox_cli.live import LiveProgress
 from rich.console import Console
 
-from bimvox.compiling import compiling_one, told
+from bimvox.progress import compiling_one, told
 
 
 def test_off_a_terminal_compiling_is_said_at_once_and_again_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("bimvox.compiling._begun", 0)
+    monkeypatch.setattr("bimvox.progress._compiles_begun", 0)
     out = io.StringIO()
     progress = LiveProgress(Console(file=out, width=80))
     with progress.stage("voxelize", 20), told(progress.compiling):

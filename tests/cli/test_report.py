@@ -13,7 +13,7 @@ from report_reading import ReadReport
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
-from bimvox.records.remark import in_words
+from bimvox.records.proof import in_words
 from bimvox.remarks.remarks import remarks_of
 
 

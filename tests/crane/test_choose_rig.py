@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bimvox.crane.choose_rig import NoGearError, choose_rig, sling_factor
-from bimvox.crane.gear import Gear, GearKind
-from bimvox.crane.rig import Rig
+from bimvox.crane.gear import Gear, GearKind, Rig
 from bimvox.site.config.gear_file import gear_catalogue
 
 GEAR = Gear(gear_catalogue())

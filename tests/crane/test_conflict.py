@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from named_cranes import default_crane, default_luffing_crane
 
-from bimvox.crane.conflict import SPAN_NS, CraneTrack, first_conflict, first_start, joined
-from bimvox.crane.meeting import (
+from bimvox.crane.conflict import (
     COLUMNS,
     HOOK_HIGH,
     HOOK_LOW,
@@ -20,6 +19,11 @@ from bimvox.crane.meeting import (
     ROPE_HALF,
     SLEW_HIGH,
     SLEW_LOW,
+    SPAN_NS,
+    CraneTrack,
+    first_conflict,
+    first_start,
+    joined,
 )
 from bimvox.crane.outline import highest_point_m, outline_of
 

@@ -1,13 +1,34 @@
+from __future__ import annotations
+
 import dataclasses
+from dataclasses import replace
+from math import cos, radians
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from named_cranes import default_crane
+from named_cranes import HAMMERHEADS, LUFFING_CRANES, default_crane, default_luffing_crane
+from numpy.typing import NDArray
 
 from bimvox.crane.load_chart import capacity_kg, utilisation
-from bimvox.crane.reach import HOOK_FORBIDDEN, allowed_radii_m, counted_kg, hook_floor
+from bimvox.crane.reach import (
+    HOOK_BLOCK_M,
+    HOOK_FORBIDDEN,
+    allowed_radii_m,
+    built_heights,
+    counted_kg,
+    distance_to_polygon_m,
+    distances_m,
+    highest_hooks_m,
+    hook_floor,
+    jib_blocked,
+    pivoted,
+    points_blocked,
+    radii_for_m,
+    standing,
+)
+from bimvox.crane.tower_crane import AxisLimits, LuffingJib
 from bimvox.grid.frame import GridFrame
 
 
@@ -73,3 +94,130 @@ def test_a_load_reaches_less_far_if_less_of_the_capacity_is_permitted():
     assert utilisation(crane.chart, less_m, hung_kg) == pytest.approx(0.8, abs=1e-9)
     assert allowed_radii_m(crane, counted_kg(crane, 4000.0, 0.8)) == pytest.approx((crane.min_radius_m, less_m))
     assert counted_kg(crane, 4000.0, 1.0) == 4000.0
+
+
+ANY = AxisLimits(1.0, 1.0, 1.0)
+JIB = LuffingJib(0.5, 2.0, 11.0, (radians(10), radians(80)), ANY, ANY, 2.5, 1.5, 1.6, 1.0)
+SIZE_M = 0.5
+BASE_M = (6.2, 5.1, 0.0)
+OWN_M = 0.7
+SHAPE = (26, 22)
+TOWERS = st.lists(st.tuples(st.integers(0, 25), st.integers(0, 21), st.integers(1, 24)), max_size=6)
+
+
+def blocked(top: NDArray[np.int32]) -> NDArray[np.bool_]:
+    return jib_blocked(JIB, BASE_M, (0.0, 0.0, 0.0), SIZE_M, top, OWN_M, (2.0, 11.0))
+
+
+def heights(towers: list[tuple[int, int, int]]) -> NDArray[np.int32]:
+    top = np.zeros(SHAPE, np.int32)
+    for i, j, height in towers:
+        top[i, j] = height
+    return top
+
+
+def jib_is_in_a_cell(top: NDArray[np.int32], i: int, j: int) -> bool:
+    """Whether the middle line of the jib above a column's middle, or that of its counterweight, is in a cell."""
+    aim = (np.array([i, j]) + 0.5) * SIZE_M - BASE_M[:2]
+    radius_m = float(np.hypot(*aim))
+    share = (radius_m - JIB.pivot_offset_m) / JIB.length_m
+    if not cos(JIB.luff_rad[1]) <= share <= cos(JIB.luff_rad[0]) or radius_m < 2.0:
+        return False
+    along_m = np.arange(-JIB.tail_radius_m, radius_m, 0.05)
+    slope = np.sqrt(1.0 - share**2) / share
+    height_m = np.where(along_m < 0.0, JIB.tail_low_m, JIB.pivot_height_m + (along_m - JIB.pivot_offset_m) * slope)
+    cells = np.floor((np.outer(along_m, aim / radius_m) + BASE_M[:2]) / SIZE_M).astype(int)
+    own = (np.abs(np.outer(along_m, aim / radius_m)) <= OWN_M + 2.0 * SIZE_M).all(axis=1)
+    part = (along_m < 0.0) | (along_m >= JIB.pivot_offset_m)
+    inside = ((cells >= 0) & (cells < SHAPE)).all(axis=1) & part & ~own
+    return bool((top[tuple(cells[inside].T)] * SIZE_M > height_m[inside]).any())
+
+
+@settings(max_examples=60)
+@given(TOWERS)
+def test_where_the_jib_would_be_in_a_cell_the_hook_may_not_be(towers: list[tuple[int, int, int]]) -> None:
+    top = heights(towers)
+    found = blocked(top)
+    for i, j in np.ndindex(SHAPE):
+        assert found[i, j] or not jib_is_in_a_cell(top, i, j), (i, j)
+
+
+@given(TOWERS, TOWERS)
+def test_more_cells_never_free_a_column(some: list[tuple[int, int, int]], more: list[tuple[int, int, int]]) -> None:
+    fewer = heights(some)
+    assert not (blocked(fewer) & ~blocked(np.maximum(fewer, heights(more)))).any()
+
+
+def test_only_what_is_higher_than_the_jib_blocks_columns() -> None:
+    assert not blocked(heights([])).any()
+    assert not blocked(np.full(SHAPE, 1, np.int32)).any(), "below pivot and counterweight"
+    behind = blocked(heights([(22, 10, 24)]))
+    assert behind[24, 10]
+    assert not behind[:10].any(), "the other side of the crane; the counterweight is shorter"
+
+
+def test_a_map_that_was_changed_in_place_is_looked_at_again() -> None:
+    top = heights([])
+    assert not blocked(top).any()
+    top[20, 10] = 24
+    assert blocked(top).any()
+    assert np.array_equal(blocked(top.copy()), blocked(top))
+
+
+def test_the_hook_of_a_standing_machine_reaches_the_height():
+    crane = standing(HAMMERHEADS[0], 18.0)
+    assert crane.jib_height_m == 18.0 + HOOK_BLOCK_M
+    assert crane.highest_hook_m >= 18.0
+
+
+def test_many_radii_and_distances_are_those_of_each():
+    crane, masses = HAMMERHEADS[1], np.array([1500.0, 300.0, 1500.0, 60_000.0])
+    found = radii_for_m(crane, masses)
+    assert found.tolist() == [list(allowed_radii_m(crane, mass)) for mass in masses.tolist()]
+    assert capacity_kg(crane.chart, found[0, 1]) >= 1500.0 + crane.tackle_kg - 1e-6
+    assert found[3, 1] < found[3, 0]
+    assert distances_m(np.array([[0.0, 0.0], [3.0, 0.0]]), np.array([[3.0, 4.0]])).tolist() == [[5.0], [4.0]]
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(-10.0, 40.0), st.floats(-10.0, 40.0))
+def test_distance_to_a_polygon_is_that_of_shapely(x, y):
+    from shapely.geometry import Point, Polygon
+
+    corners = np.array([[0.0, 0.0], [30.0, 0.0], [30.0, 10.0], [12.0, 10.0], [12.0, 25.0], [0.0, 25.0]])
+    found = distance_to_polygon_m(np.array([[x, y]]), corners)[0]
+    assert found == pytest.approx(Polygon(corners).distance(Point(x, y)), abs=1e-9)
+
+
+def test_default_cranes_ascend_by_size():
+    assert [crane.jib_length_m for crane in HAMMERHEADS] == [30.0, 45.0, 65.0, 75.0]
+
+
+def test_a_height_map_is_the_highest_of_its_boxes():
+    boxes = np.array([[[0.0, 0.0, 0.0], [2.0, 1.0, 3.0]], [[1.0, 0.0, 2.0], [3.0, 1.0, 5.2]]])
+    built = built_heights(boxes, 0.5)
+    assert built.origin_m == (0.0, 0.0)
+    assert built.top.shape == (6, 2)
+    assert built.top[:, 0].tolist() == [6, 6, 11, 11, 11, 11]
+
+
+def test_a_luffing_tower_crane_is_as_high_as_it_must_be():
+    low, high = (standing(LUFFING_CRANES[0], hook_m) for hook_m in (9.2, 30.0))
+    assert low.luffing.tail_low_m == 9.5
+    assert high.luffing.pivot_height_m - low.luffing.pivot_height_m == pytest.approx(20.5)
+    assert low.highest_hook_m > low.luffing.pivot_height_m
+
+
+def test_a_mobile_crane_is_as_high_as_it_is():
+    crane = default_luffing_crane("mobile-60t")
+    assert pivoted(crane, crane.luffing, 99.0) is crane
+    assert not (highest_hooks_m(crane.luffing, np.linspace(0.0, 100.0, 50)) >= 60.0).any()
+
+
+def test_a_building_blocks_the_boom_from_places_beyond_it():
+    built = built_heights(np.array([[[0.0, 0.0, 0.0], [3.0, 8.0, 16.0]], [[0.0, 0.0, 0.0], [16.0, 8.0, 3.0]]]))
+    points = np.array([[6.0, 2.0], [6.0, 6.0], [14.0, 4.0], [7.0, -10.0]])
+    behind = replace(default_luffing_crane("mobile-60t"), base_m=(-6.0, 4.0, 0.0))
+    assert points_blocked(behind, behind.luffing, points, built) > 0
+    in_front = replace(behind, base_m=(20.0, -4.0, 0.0))
+    assert points_blocked(in_front, in_front.luffing, points, built) == 0

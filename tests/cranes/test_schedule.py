@@ -9,8 +9,8 @@ import pytest
 from box_sites import box_site
 from two_cranes import two_crane_site
 
-from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.kinematics import hook_of
+from bimvox.crane.tower_crane import AxisLimits
 from bimvox.cranes.clock import PlacedLeg, standing_at
 from bimvox.cranes.clocks import Clocks
 from bimvox.cranes.lifts import crane_lifts
@@ -20,14 +20,14 @@ from bimvox.motion.figures import plan_figures
 from bimvox.motion.steps import may_pause, steps_of
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.order.sequence import Sequencer
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.proof.steps import verify_steps
 from bimvox.records.lift import Status
 from bimvox.records.motion import PhaseName
-from bimvox.records.other_means import by_other_means, needed_by_ns
+from bimvox.records.steps import by_other_means, needed_by_ns
 from bimvox.site.beside import parts_beside
 from bimvox.site.build import with_digests
 from bimvox.site.means import Means

@@ -5,7 +5,7 @@ from two_cranes import two_crane_site
 
 from bimvox.crane.conflict import SPAN_NS
 from bimvox.cranes.track import approach_track, standing_track
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import Trajectory
 
 
 def test_a_crane_that_stands_is_where_one_is_whose_hook_does_not_move():

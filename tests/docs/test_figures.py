@@ -27,24 +27,22 @@ from benchmarks.voxelize.report import missed_and_extra
 from benchmarks.voxelize.sample import sample_windows
 from benchmarks.voxelize.score import judge
 from benchmarks.voxelize.tool import OURS, make_voxelizer
-from bimvox.library.obstructions import rasterise
-from bimvox.library.site import load_site
+from bimvox.library.site import load_site, rasterise
 from bimvox.live.planned import job_of
 from bimvox.motion.time_plan import time_plan
 from bimvox.paper.env.presets import PAPER
 from bimvox.paper.policy.config import MODES
 from bimvox.paper.policy.initialization import initialize
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import Preparation, prepare
-from bimvox.policy.generalist.frozen import problem_sets
-from bimvox.policy.generalist.occupancies import FAMILIES
-from bimvox.policy.generalist.suite import held_out
+from bimvox.planning.preparation import Preparation
+from bimvox.policy.generalist.problems import FAMILIES
+from bimvox.policy.generalist.suite import held_out, problem_sets
 from bimvox.policy.generalist.weights import generalist_record
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import LiftMotion
-from bimvox.revision.current_plan import current_plan_of
-from bimvox.revision.request import RevisionRequest
+from bimvox.revision.current_plan import RevisionRequest, current_plan_of
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions.file import parse_obstructions

@@ -9,7 +9,7 @@ import pytest
 from bimvox.env import gym
 from bimvox.env.actions import checked_action, checked_actions
 from bimvox.env.batched import BatchedLiftEnv
-from bimvox.env.default_problem import default_problem
+from bimvox.env.problem import default_problem
 from bimvox.errors import ActionError
 from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.env.presets import PAPER

@@ -6,12 +6,11 @@ from lift_sites import clearance_of, random_occupancy
 
 from bimvox.env.actions import MOVES
 from bimvox.env.batched import BatchedLiftEnv
-from bimvox.env.default_problem import default_problem
 from bimvox.env.dynamics import StepLimit
 from bimvox.env.lift_env import LiftEnv
 from bimvox.env.observation import GOAL_SIZE, GOAL_START
-from bimvox.env.problem import lift_problem, training_problem
-from bimvox.env.starts import StartMix
+from bimvox.env.pool import StartMix
+from bimvox.env.problem import default_problem, lift_problem, training_problem
 
 
 def problems():

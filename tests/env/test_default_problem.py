@@ -2,8 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bimvox.env.default_problem import TARGET_VOX, default_problem
-from bimvox.env.problem import is_learnable
+from bimvox.env.problem import TARGET_VOX, default_problem, is_learnable
 
 
 def test_the_papers_site():

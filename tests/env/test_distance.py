@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from lift_sites import clearance_of, random_occupancy
 
-from bimvox.env.distance import UNREACHABLE, distance_field
+from bimvox.env.problem import UNREACHABLE, distance_field
 from bimvox.site.collision import placement_is_free
 
 

@@ -11,10 +11,9 @@ from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
 import bimvox.env.lift_env as lift_env
 from bimvox.env import gym
-from bimvox.env.default_problem import default_problem
 from bimvox.env.dynamics import StepLimit
-from bimvox.env.lift_picture import BLOCKED, COMPONENT, FREE, TARGET
-from bimvox.env.problem import lift_problem, training_problem
+from bimvox.env.lift_env import BLOCKED, COMPONENT, FREE, TARGET
+from bimvox.env.problem import default_problem, lift_problem, training_problem
 
 
 def greedy_action(env: lift_env.LiftEnv) -> int:

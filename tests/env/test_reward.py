@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from bimvox.env.reward import REWARDS, reward
+from bimvox.env.dynamics import REWARDS, reward
 
 SHAPED, SPARSE = REWARDS["shaped"], REWARDS["sparse"]
 

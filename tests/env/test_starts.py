@@ -3,9 +3,8 @@ from __future__ import annotations
 import numpy as np
 from lift_sites import clearance_of, random_occupancy
 
-from bimvox.env.pool import pool_of
+from bimvox.env.pool import YARD_ONLY, StartMix, draw_start, pool_of, random_below, random_unit
 from bimvox.env.problem import training_problem
-from bimvox.env.starts import YARD_ONLY, StartMix, draw_start, random_below, random_unit
 
 YARD = [(0, 0, 0), (1, 0, 0), (2, 0, 0)]
 

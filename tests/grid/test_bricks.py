@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bimvox.grid.bricks import NO_OWNER, BrickBuilder, Bricks
+from bimvox.grid.bricks import NO_OWNER, BrickBuilder, Bricks, distinct
 
 shapes = st.tuples(*[st.integers(1, 21)] * 3)
 
@@ -109,3 +109,14 @@ def test_what_is_outside_or_does_not_fit_is_refused() -> None:
     for wrong in (3, -2):
         with pytest.raises(ValueError, match="out of range"):
             builder.enter((16, 0, 0), np.full((4, 8, 8), wrong, np.int32))
+
+
+@pytest.mark.parametrize("values", [[], [3], [3, 3], [5, -1, 5, 2, -1], list(range(50, 0, -1)) * 2])
+@pytest.mark.parametrize("kind", [np.int32, np.int64])
+def test_they_are_those_of_numpy(values, kind):
+    given = np.array(values, kind)
+    before = given.copy()
+    found = distinct(given)
+    assert found.dtype == kind
+    assert np.array_equal(found, np.unique(before))
+    assert np.array_equal(given, before)

@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import io
 import json
+import threading
+import time
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,11 +18,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.errors import GridFileError
-from bimvox.grid.archive import Archive, write_archive
 from bimvox.grid.bricks import Bricks
-from bimvox.grid.frame import GridFrame
-from bimvox.grid.labels import Label
-from bimvox.grid.storage import write_grid
+from bimvox.grid.frame import GridFrame, Label
+from bimvox.grid.layout import Archive, write_archive
+from bimvox.grid.storage import in_order, write_grid
 from bimvox.grid.voxel_grid import VoxelGrid
 
 TABLES = ("shared_cells", "shared_parts", "shared_fractions", "boxes", "box_parts")
@@ -344,3 +345,36 @@ def test_no_damage_gives_anything_but_a_grid_or_a_grid_error() -> None:
         except GridFileError:
             refused += 1
     assert refused >= 190
+
+
+@pytest.mark.parametrize("threads", [1, 2, 7])
+def test_results_come_in_order_whoever_is_first(threads: int) -> None:
+    def slow_for_even(n: int) -> int:
+        time.sleep(0.002 * (n % 2 == 0))
+        return n * n
+
+    assert list(in_order(slow_for_even, range(40), threads)) == [n * n for n in range(40)]
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_only_a_few_are_done_ahead(threads: int) -> None:
+    started: list[int] = []
+    lock = threading.Lock()
+
+    def note(n: int) -> int:
+        with lock:
+            started.append(n)
+        return n
+
+    results = in_order(note, range(1_000), threads)
+    assert next(results) == 0
+    assert len(started) <= 2 * threads
+    results.close()
+
+
+def test_an_error_is_passed_on() -> None:
+    def fail(n: int) -> int:
+        raise ValueError(f"no {n}")
+
+    with pytest.raises(ValueError, match="no 0"):
+        list(in_order(fail, range(9), 3))

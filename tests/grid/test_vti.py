@@ -11,8 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.exporters.vti import write_vti
-from bimvox.grid.frame import GridFrame
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import GridFrame, Label
 from bimvox.grid.voxel_grid import VoxelGrid
 
 DTYPES = {"UInt8": "<u1", "Int32": "<i4", "Float32": "<f4", "Float64": "<f8"}

@@ -12,7 +12,7 @@ import pytest
 from named_cranes import BUILT_IN
 
 import bimvox
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
 from bimvox.library.attached_files import check_attached_files
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.lift import LiftPlan

@@ -13,14 +13,16 @@ from bimvox.cranes.schedule import time_lifts
 from bimvox.library import faster
 from bimvox.library.hand_over import as_assigned
 from bimvox.planning.order.sequence import Sequencer
+from bimvox.planning.order_search import plan_without_obstructions, prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import Preparation, plan_without_obstructions, prepare
+from bimvox.planning.preparation import Preparation
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
 from bimvox.site.build import with_digests
 from bimvox.site.crew_times import CrewTimes, TimesByWork
 from bimvox.site.site import Blocker, Rules, Site
+from bimvox.walk import Store
 
 
 def with_order(preparation: Preparation, ids: list[str]) -> Preparation:
@@ -96,8 +98,10 @@ def test_the_plan_without_obstructions_is_made_once() -> None:
     site = two_crane_site()
     (cells,) = np.array([[[3, 3, 1], [4, 3, 1]]], np.int32)
     site = with_digests(dataclasses.replace(site, blockers=(*site.blockers, Blocker("silo", "obstruction", cells))))
-    preparation = prepare(site)
-    plan = plan_without_obstructions(site, preparation)
+    preparation, store = prepare(site), Store()
+    plan = plan_without_obstructions(site, preparation, store=store)
     assert "obstruction" not in {blocker.kind for blocker in plan.site.blockers}
-    assert plan_without_obstructions(site, preparation) is plan
-    assert plan_without_obstructions(site, prepare(site)) is not plan
+    again = plan_without_obstructions(site, preparation, store=store)
+    assert all(one is other for one, other in zip(again.lifts, plan.lifts, strict=True))
+    other = plan_without_obstructions(site, prepare(site), store=store)
+    assert not any(one is own for one, own in zip(other.lifts, plan.lifts, strict=True))

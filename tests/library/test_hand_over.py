@@ -12,7 +12,7 @@ from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.cranes.schedule import time_lifts
 from bimvox.library import prove
 from bimvox.library.hand_over import as_assigned, handed_over
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.policy.choice import NO_POLICY
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import Status

@@ -21,8 +21,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.planning.assembly import Preparation
 from bimvox.planning.preparation import preparation_in
 from bimvox.progress import SilentProgress
-from bimvox.records.guide import Guide
-from bimvox.records.lift import Epoch, Status
+from bimvox.records.lift import Epoch, Guide, Status
 from bimvox.records.proof import Check
 from bimvox.site.config.rules import RulesConfig
 from bimvox.site.default_rules import ALL_KEPT, Kept

@@ -3,10 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bimvox.live.deciders import Decider, MonteCarlo, Oracle, Rules, stop_and_wait
+from benchmarks.live_deciders import MonteCarlo, Oracle, imagined
+from bimvox.live.deciders import Decider, Rules, stop_and_wait
+from bimvox.live.env import example_job
 from bimvox.live.episode import WAIT, Episode, Stage
-from bimvox.live.example import example_job
-from bimvox.live.forecast import imagined
 from bimvox.live.traffic import DENSITIES, GOAL_X, Habits, X
 
 DECIDERS = (

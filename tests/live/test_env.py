@@ -9,12 +9,12 @@ from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
+from benchmarks.live_deciders import Oracle
 from bimvox.env.gym import LIVE_ENV_ID
-from bimvox.live import picture
-from bimvox.live.deciders import Oracle, Rules
-from bimvox.live.env import LiveSiteEnv
+from bimvox.live import env as picture
+from bimvox.live.deciders import Rules
+from bimvox.live.env import LiveSiteEnv, example_job
 from bimvox.live.episode import CHOICES, Episode, Stage
-from bimvox.live.example import example_job
 from bimvox.live.traffic import DENSITIES, Density
 
 

@@ -9,14 +9,14 @@ import pytest
 from planned_sites import planned, portal_crane, portal_site
 
 from bimvox.live.deciders import Rules, stop_and_wait
-from bimvox.live.execution import Execution, Traffic, carried_out
-from bimvox.live.tracks import Track
+from bimvox.live.execution import Execution, carried_out
+from bimvox.live.tracks import Track, Traffic
 from bimvox.live.traffic import DENSITIES, Density
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.proof.carried_out import check_carried_out, planned_axes, tally_of
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
-from bimvox.records.carried_out import CarriedOut, OtherKind, Tally
+from bimvox.records.motion import CarriedOut, OtherKind, Tally
 
 NOBODY = Traffic(Density(0, 0), 0)
 

@@ -10,7 +10,7 @@ from planned_sites import PORTAL, planned
 from bimvox.crane.kinematics import hook_of
 from bimvox.live.other_ways import lift_ways
 from bimvox.live.planned import job_of
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.motion import PhaseName

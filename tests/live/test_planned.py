@@ -12,7 +12,7 @@ from bimvox.live.episode import Episode, Stage
 from bimvox.live.planned import job_of
 from bimvox.live.traffic import Density
 from bimvox.live.way import TICK_S, seconds_of
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.records.motion import PhaseName
 
 

@@ -7,10 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bimvox.live.carry import carry
-from bimvox.live.example import example_crane, example_job
-from bimvox.live.pace import gap_m, placed
-from bimvox.live.shield import prediction_room
+from bimvox.live.env import example_crane, example_job
+from bimvox.live.shield import carry, prediction_room
 from bimvox.live.traffic import (
     CREW,
     CREW_RADIUS_M,
@@ -27,7 +25,7 @@ from bimvox.live.traffic import (
     Habits,
     Sight,
 )
-from bimvox.live.way import TICK_S
+from bimvox.live.way import TICK_S, gap_m, placed
 
 SIGHT = Sight()
 NOBODY = np.zeros((0, 2))

@@ -9,8 +9,8 @@ import pytest
 
 from bimvox.errors import FileError
 from bimvox.live.deciders import stop_and_wait
+from bimvox.live.env import example_job
 from bimvox.live.episode import WAIT, Episode, Stage
-from bimvox.live.example import example_job
 from bimvox.live.tracks import read_tracks, with_tracks
 from bimvox.live.traffic import CREW_RADIUS_M, LORRY_RADIUS_M, RADIUS, Density
 

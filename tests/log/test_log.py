@@ -15,7 +15,7 @@ from log_building import NS, log_bytes, same, tiny_log, tiny_plan
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
-from bimvox.crane.urdf import urdf
+from bimvox.crane.links import urdf
 from bimvox.errors import InputError, LogFileError
 from bimvox.log.bundle import site_from_bytes
 from bimvox.log.plan_log import LogEvent, PlanLog, with_full_rate

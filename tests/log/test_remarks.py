@@ -16,7 +16,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import log_of
 from bimvox.log.recorder import write_log
 from bimvox.log.segments import segment_of
-from bimvox.records.remark import Severity
+from bimvox.records.proof import Severity
 
 
 def written(record: PlanLog) -> Contents:

@@ -8,9 +8,9 @@ import pytest
 from log_building import FRAME, tiny_plan
 from named_cranes import HAMMERHEADS, LUFFING_CRANES
 
+from bimvox.crane.links import urdf
 from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m, outline_of
 from bimvox.crane.tower_crane import CranePose, TowerCrane
-from bimvox.crane.urdf import urdf
 from bimvox.log.scene import STATE_RGBA, SceneUpdates, component_frame
 from bimvox.log.transforms import voxel_grid
 from bimvox.rendering.pictures.cranes import crane_parts

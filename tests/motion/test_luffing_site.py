@@ -9,8 +9,7 @@ from box_sites import box_cells, box_mesh, box_site
 from named_cranes import default_luffing_crane
 from planned_sites import PORTAL, failures, planned
 
-from bimvox.crane.kinematics import joints_of
-from bimvox.crane.rigging import winch_limits, with_luffing_jib
+from bimvox.crane.kinematics import joints_of, winch_limits, with_luffing_jib
 from bimvox.motion.swing import rigged_crane
 from bimvox.proof.crane.axes import check_limits
 from bimvox.records.lift import Status

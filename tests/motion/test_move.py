@@ -8,9 +8,9 @@ from named_cranes import crane_pose, default_crane, default_luffing_crane
 from scipy.optimize import linprog
 from scipy.sparse import coo_matrix
 
-from bimvox.crane.bound import rest_to_rest_s
 from bimvox.crane.kinematics import hook_of, joint_limits, joints_of
 from bimvox.crane.tower_crane import CranePose
+from bimvox.crane.travel import rest_to_rest_s
 from bimvox.motion.move import Line, Move, axes_along, axes_of, move_time_s, share_limits
 from bimvox.motion.profile import profile_of
 

@@ -7,8 +7,8 @@ from ruckig import InputParameter, Result, Ruckig, Synchronization
 from ruckig import Trajectory as RuckigTrajectory
 
 import bimvox.motion
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.bound import rest_to_rest_s
+from bimvox.crane.tower_crane import AxisLimits
+from bimvox.crane.travel import rest_to_rest_s
 from bimvox.errors import PlanningError
 from bimvox.motion.profile import profile_of
 

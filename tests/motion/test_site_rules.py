@@ -9,7 +9,7 @@ from box_sites import box_site
 from planned_sites import PORTAL, all_planned, failures, planned, portal_crane, portal_site, rectangle
 
 from bimvox.crane.kinematics import hook_of
-from bimvox.crane.working_range import SlowZone, WorkingRange
+from bimvox.crane.tower_crane import SlowZone, WorkingRange
 from bimvox.motion.figures import capacity_used
 from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.planning.refusal import place_radius_m, refused_by_crane

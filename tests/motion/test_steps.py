@@ -10,8 +10,8 @@ from box_sites import box_site, test_crane
 
 from bimvox.motion.steps import may_pause, steps_of
 from bimvox.motion.time_plan import time_plan
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import Pause, Step, Steps

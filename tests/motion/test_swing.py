@@ -11,10 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from named_cranes import default_crane
 
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.pendulum import GRAVITY_M_S2, half_period_s, pendulum_length_m
-from bimvox.crane.tower_crane import CranePose
+from bimvox.crane.tower_crane import AxisLimits, CranePose
+from bimvox.crane.travel import point_to_point_s
 from bimvox.errors import PlanningError
 from bimvox.motion.drive import drive_path
 from bimvox.motion.move import Line, Move
@@ -23,8 +22,8 @@ from bimvox.motion.steady import SwingRules, steadied, swaying
 from bimvox.motion.swing import PLANNED_RESIDUAL_M, Pendulum, pendulum_of, swing_of
 from bimvox.motion.time_plan import time_plan
 from bimvox.motion.timeline import in_sequence, sampled
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.crane.pendulum import swung_parts
 from bimvox.proof.footprint import MotionFootprint, motion_footprint, path_footprint
 from bimvox.proof.motion import verify_motions

@@ -11,16 +11,17 @@ from bimvox.grid.summed_area import summed_area_table
 from bimvox.motion import time_plan as timing
 from bimvox.motion.commands import commands
 from bimvox.motion.time_lift import Begins, time_lift
-from bimvox.motion.time_plan import KnownMotions, time_plan
+from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.occupancy import stored_cells, target_cells
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.planning.stage import Stage
 from bimvox.proof.motion import verify_motions
 from bimvox.records.lift import Status
 from bimvox.records.motion import PhaseName
 from bimvox.site.component import StoredPose
+from bimvox.walk import Store
 
 PORTAL = [
     ("slab", (1.0, 1.0, 3.5), (5.0, 2.0, 4.0)),
@@ -237,34 +238,34 @@ def are_alike(motions, others):
 
 
 def test_known_motions_are_not_made_again(planned, motions, made_for):
-    known = KnownMotions()
-    assert are_alike(time_plan(*planned, known), motions)
+    store = Store()
+    assert are_alike(time_plan(*planned, store), motions)
     assert made_for == [0, 1, 2, 3]
     made_for.clear()
-    assert are_alike(time_plan(*planned, known), motions)
+    assert are_alike(time_plan(*planned, store), motions)
     assert made_for == []
 
 
 def test_only_another_lift_and_the_one_after_it_get_new_motions(planned, made_for):
     plan, preparation = planned
-    known = KnownMotions()
-    time_plan(plan, preparation, known)
+    store = Store()
+    time_plan(plan, preparation, store)
     made_for.clear()
     other = dataclasses.replace(plan.lifts[1], path_vox=detour(plan.lifts[1].path_vox))
     changed = dataclasses.replace(plan, lifts=(plan.lifts[0], other, *plan.lifts[2:]))
-    again = time_plan(changed, preparation, known)
+    again = time_plan(changed, preparation, store)
     assert made_for == [1, 2]
     assert are_alike(again, time_plan(changed, preparation))
 
 
 def test_after_a_part_that_is_no_longer_set_all_motions_are_made(planned, made_for):
     plan, preparation = planned
-    known = KnownMotions()
-    time_plan(plan, preparation, known)
+    store = Store()
+    time_plan(plan, preparation, store)
     made_for.clear()
     out = dataclasses.replace(plan.lifts[1], status=Status.INFEASIBLE, reason="no path", path_vox=None)
     changed = dataclasses.replace(plan, lifts=(plan.lifts[0], out, *plan.lifts[2:]))
-    again = time_plan(changed, preparation, known)
+    again = time_plan(changed, preparation, store)
     assert made_for == [2, 3]
     assert are_alike(again, time_plan(changed, preparation))
 

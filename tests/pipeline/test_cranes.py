@@ -18,8 +18,8 @@ from bimvox_pipeline.verify import verify
 from own_machine import machine_text
 
 from bimvox.errors import ConfigError
+from bimvox.library.arguments import PolicyWish
 from bimvox.library.attached_files import check_attached_files
-from bimvox.library.policy_wish import PolicyWish
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 from bimvox.site.catalogue import catalogue

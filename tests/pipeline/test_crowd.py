@@ -9,7 +9,7 @@ from bimvox_pipeline.verify import verify
 from mesh_samples import box
 
 from bimvox.errors import NoPlanError
-from bimvox.library.policy_wish import PolicyWish
+from bimvox.library.arguments import PolicyWish
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 from bimvox.site.obstructions import crowd

@@ -17,7 +17,7 @@ from mcap_protobuf.decoder import DecoderFactory
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from bimvox.library.policy_wish import PolicyWish
+from bimvox.library.arguments import PolicyWish
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 from bimvox.site.component import Component, StoredPose

@@ -10,7 +10,7 @@ import pytest
 from box_sites import box_site
 
 from bimvox.errors import BimvoxError, FileError
-from bimvox.library.obstructions import load_obstructions
+from bimvox.library.site import load_obstructions
 from bimvox.progress import SilentProgress
 from bimvox.site.obstructions.coordinates import Survey
 from bimvox.site.obstructions.obstruction_set import Points

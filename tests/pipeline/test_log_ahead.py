@@ -7,7 +7,7 @@ from bimvox_pipeline.plan import LogAhead, plan
 
 from bimvox.errors import FileError, VerificationError
 from bimvox.library import prove
-from bimvox.library.policy_wish import PolicyWish
+from bimvox.library.arguments import PolicyWish
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
 from bimvox.progress import SilentProgress
@@ -18,7 +18,7 @@ from bimvox.workers import ALONE, Workers
 
 def plan_shared(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Plan the frame again with two processes, over the log that is there."""
-    monkeypatch.setattr("bimvox.library.sharing._FEW_PARTS", 1)
+    monkeypatch.setattr("bimvox.library.arguments._FEW_PARTS", 1)
     log = folder / "frame.mcap"
     plan(folder / "frame.site.toml", log, wish=PolicyWish("none"), jobs=2, progress=SilentProgress())
     return log

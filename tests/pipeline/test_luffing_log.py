@@ -14,12 +14,11 @@ from named_cranes import default_luffing_crane
 from planned_sites import PORTAL, planned
 from seeded_faults import site_file_of, with_files
 
-from bimvox.crane.kinematics import joints_of
-from bimvox.crane.rigging import with_luffing_jib
+from bimvox.crane.kinematics import joints_of, with_luffing_jib
 from bimvox.exporters.animation import to_animated_glb
 from bimvox.exporters.ros2 import write_ros2_bag
 from bimvox.library.log import write_log_file
-from bimvox.library.obstructions import rasterise
+from bimvox.library.site import rasterise
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress

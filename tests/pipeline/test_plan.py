@@ -15,7 +15,7 @@ from planned_frame import plan_it, write_site
 from bimvox.bim.read import read_building
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import FileError, InputError, NoPlanError, PolicyError, VerificationError
-from bimvox.library.policy_wish import PolicyWish
+from bimvox.library.arguments import PolicyWish
 from bimvox.library.site import load_site
 from bimvox.log.plan_log import LogRate
 from bimvox.log.reader import read_log
@@ -67,7 +67,7 @@ def test_the_processes_that_plan_also_make_the_log_with_the_same_bytes(site_fold
         return write_log(stream, record, workers=workers)
 
     monkeypatch.setattr("bimvox_pipeline.plan.write_log", counted)
-    monkeypatch.setattr("bimvox.library.sharing._FEW_PARTS", 1)
+    monkeypatch.setattr("bimvox.library.arguments._FEW_PARTS", 1)
     logs = [plan_again(site_folder, f"{jobs}.mcap", jobs=jobs)["log"] for jobs in (1, 2)]
     assert counts == [1, 2]
     assert Path(logs[0]).read_bytes() == Path(logs[1]).read_bytes()

@@ -6,9 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bimvox.library.obstructions import load_obstructions, obstructed
 from bimvox.library.prove import prepared
-from bimvox.library.site import load_site
+from bimvox.library.site import load_obstructions, load_site, obstructed
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.rollout import proposer

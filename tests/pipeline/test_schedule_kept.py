@@ -19,11 +19,11 @@ from bimvox.errors import ConfigError, FileError, InputError
 from bimvox.exporters.ifc import with_schedule
 from bimvox.exporters.lift_schedule import LiftSchedule, LiftTask
 from bimvox.exporters.ms_project import to_ms_project
+from bimvox.library.arguments import PolicyWish
 from bimvox.library.attached_files import compare_config
-from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.site import load_site
 from bimvox.log.reader import read_log
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.progress import SilentProgress
 from bimvox.records.proof import Check
 from bimvox.site.config.file import parse_site_config

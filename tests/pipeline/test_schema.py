@@ -7,7 +7,7 @@ from bimvox_pipeline.schema import schema
 from bimvox_pipeline.voxelize import voxelize
 
 from bimvox.errors import InputError
-from bimvox.grid.archive import Archive
+from bimvox.grid.layout import Archive
 from bimvox.progress import SilentProgress
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"

@@ -34,13 +34,13 @@ from bimvox.log.plan_log import LogEvent, PlanLog, with_full_rate
 from bimvox.log.reader import read_log
 from bimvox.motion.commands import commands, commands_at
 from bimvox.motion.time_plan import time_plan
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.progress import SilentProgress
-from bimvox.records.heading import headings_off_rad
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check
 from bimvox.records.steps import Steps
+from bimvox.records.track import headings_off_rad
 from bimvox.site.build import with_digests
 from bimvox.site.site import SwingRule
 from bimvox.units import clock

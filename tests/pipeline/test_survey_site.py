@@ -11,7 +11,7 @@ from bimvox_pipeline.inspect.inspect import inspect
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.site import init
 
-from bimvox.library.policy_wish import PolicyWish
+from bimvox.library.arguments import PolicyWish
 from bimvox.library.verify import verify
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress

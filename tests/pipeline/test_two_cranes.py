@@ -22,16 +22,16 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.cranes.schedule import time_lifts
 from bimvox.library import prove
+from bimvox.library.arguments import PolicyWish
 from bimvox.library.hand_over import handed_over
 from bimvox.library.plan import policy_of
-from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import prepared
 from bimvox.library.site import load_site
 from bimvox.log import schema as topics
 from bimvox.log.mcap.reader import read_contents, salvage_contents
 from bimvox.log.reader import read_log
 from bimvox.log.schema import of_crane
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.progress import SilentProgress
 from bimvox.records.motion import LiftMotion
 

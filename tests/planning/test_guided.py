@@ -15,13 +15,12 @@ from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.guided import NoGuide, Pair, find_guide
 from bimvox.planning.insertion import PartToInsert, find_insertion
 from bimvox.planning.occupancy import Occupancy
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.footprint import CellMask, motion_footprint, path_footprint
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
-from bimvox.records.guide import MOST_TILT_RAD
-from bimvox.records.lift import Status
+from bimvox.records.lift import MOST_TILT_RAD, Status
 from bimvox.site.parts import centre_of_mass_m
 from bimvox.site.site import Rules
 from bimvox.stop.redirect import Redirected, UnderWay, redirect

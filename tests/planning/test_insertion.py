@@ -5,8 +5,8 @@ from box_sites import box_cells, box_mesh, box_site, test_crane
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.motion.time_plan import time_plan
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status

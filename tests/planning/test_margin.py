@@ -4,10 +4,10 @@ from box_sites import box_cells, box_site, test_crane
 from named_cranes import default_luffing_crane
 from planned_sites import PORTAL
 
-from bimvox.crane.rigging import with_luffing_jib
+from bimvox.crane.kinematics import with_luffing_jib
 from bimvox.motion.time_plan import time_plan
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status

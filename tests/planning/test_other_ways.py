@@ -7,7 +7,7 @@ from box_sites import box_site, test_crane
 from bimvox.errors import NoPlanError
 from bimvox.library import prove
 from bimvox.planning.assembly import Assembly
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.planning.stage import Stage
 from bimvox.policy.choice import NO_POLICY
 from bimvox.progress import SilentProgress

@@ -6,8 +6,8 @@ from box_sites import box_cells, box_site
 
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.occupancy import target_cells
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.planning.propose import ProposedGreedily
 from bimvox.planning.rollout import PLAN_LIMIT, proposer
 from bimvox.planning.search import shortest_path
@@ -16,10 +16,10 @@ from bimvox.policy.generalist.weights import load_generalist
 from bimvox.proof.moment import moments
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Method, Status
-from bimvox.records.not_lifted import not_lifted_groups
-from bimvox.records.steps import Steps
+from bimvox.records.steps import Steps, not_lifted_groups
 from bimvox.site.means import Means
 from bimvox.site.site import Blocker, Rules
+from bimvox.walk import Store
 
 PORTAL = [
     ("slab", (1.0, 1.0, 3.4), (5.0, 2.0, 3.6)),
@@ -201,31 +201,6 @@ def test_a_walled_in_target_names_the_walls():
     assert "no path" in plan.lifts[0].reason
 
 
-def test_replanning_keeps_what_is_not_affected_bit_for_bit():
-    site = box_site(PORTAL)
-    preparation = prepare(site)
-    first = plan_lifts(site, preparation)
-    beam = lift_of(first, "beam")
-    middle = site.frame.corner_of(beam.path_vox[len(beam.path_vox) // 2])
-    changed = with_obstructions(site, ("box", tuple(middle), tuple(middle + 0.5)))
-    second = plan_lifts(changed, preparation, previous=first)
-    for lift in first.lifts:
-        again = lift_of(second, site.components[lift.component].id)
-        assert again.status is Status.PLANNED
-        if lift is not beam:
-            swept = {
-                tuple(c) for p in lift.path_vox for c in (p + site.components[lift.component].shape.cells).tolist()
-            }
-            hit = {tuple(c) for c in box_cells(site.frame, middle, middle + 0.5).tolist()} & swept
-            assert bool(hit) != (again is lift)
-    assert lift_of(second, "beam") is not beam
-    third = plan_lifts(site, preparation, previous=second)
-    assert all(a.path_vox is b.path_vox for a, b in zip(second.lifts, third.lifts, strict=True))
-    for kept, again, before in zip(second.lifts, third.lifts, first.lifts, strict=True):
-        assert again is kept or kept.path_vox is not before.path_vox  # only what can be shorter now is told anew
-        assert again.shortest_moves == before.shortest_moves
-
-
 def test_a_column_next_to_a_wall_comes_down_along_it():
     """They share cells all the way down, so only the triangles can show that the descent is free."""
     site = box_site(
@@ -370,15 +345,16 @@ def test_a_lift_of_the_same_site_is_planned_again_only_where_something_changed(r
         return begin(self, index, *more, **named)
 
     monkeypatch.setattr(Assembly, "begin", spied)
-    before = plan_lifts(site, preparation)
+    store = Store()
+    before = plan_lifts(site, preparation, store=store)
     order = [lift.component for lift in before.lifts]
     assert begun == order
     begun.clear()
-    kept = plan_lifts(site, preparation, previous=before)
+    kept = plan_lifts(site, preparation, store=store)
     assert begun == []
     assert all(one is other for one, other in zip(kept.lifts, before.lifts, strict=True))
     name = site.components[order[1]].id
-    refused = plan_lifts(site, preparation, previous=before, refused={name: "it fails"})
+    refused = plan_lifts(site, preparation, store=store, refused={name: "it fails"})
     assert begun == [order[n] for n in again]
     assert refused.lifts[0] is before.lifts[0]
     fresh = plan_lifts(site, preparation, refused={name: "it fails"})

@@ -9,8 +9,8 @@ from box_sites import test_crane as crane_of
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.remarks.remarks import remarks_of

@@ -6,7 +6,7 @@ import dataclasses
 
 from slab_yards import slab_site
 
-from bimvox.crane.rig import Rig
+from bimvox.crane.gear import Rig
 from bimvox.planning.refusal import carried_where
 from bimvox.site.component import Component, Lifting
 from bimvox.units import mass_text

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from slab_yards import SLAB, slab_site, stacks_of
 
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import LiftPlan, Status, YardPlace
 from bimvox.site.component import StoredPose

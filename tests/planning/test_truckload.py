@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from slab_yards import slab_site
 
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.planning.truckload import Truckload, fit_trucks
 from bimvox.proof.plan import verify_plan
 from bimvox.proof.storage import _has_room

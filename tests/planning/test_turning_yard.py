@@ -5,8 +5,8 @@ import dataclasses
 from box_sites import box_site
 from turning_sites import PORTAL, turning_site
 
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.site.site import HeadingRule, Site
 
 SILO = ("silo", (20.0, 8.0, 0.0), (22.0, 24.0, 19.0))

@@ -9,13 +9,12 @@ from paper_lessons import QUICK
 from paper_lessons import TINY as TINY_PAPER
 
 from bimvox.env.batched import BatchedLiftEnv
-from bimvox.env.default_problem import default_problem
+from bimvox.env.problem import default_problem
 from bimvox.errors import PolicyError
 from bimvox.paper.policy.learning import learn
 from bimvox.paper.policy.network import network_to_bytes
 from bimvox.policy.config import DqnConfig
-from bimvox.policy.device import device_named
-from bimvox.policy.dqn import dqn_of_lifts, network_of
+from bimvox.policy.dqn import device_named, dqn_of_lifts, network_of
 from bimvox.policy.generalist.recipe import Check, Run, train_generalist
 from bimvox.policy.network import QNetwork
 from bimvox.policy.sb3_file import read_sb3_zip, write_sb3_zip

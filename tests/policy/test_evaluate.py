@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from lift_sites import clearance_of
 
-from bimvox.env.default_problem import default_problem
 from bimvox.env.dynamics import StepLimit
 from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
 from bimvox.env.observation import GOAL_START
-from bimvox.env.problem import training_problem
-from bimvox.policy.evaluate import Evaluation, evaluate, success_at_least
+from bimvox.env.problem import default_problem, training_problem
+from bimvox.policy.train import Evaluation, evaluate, success_at_least
 
 
 def beeline(observations: np.ndarray) -> np.ndarray:

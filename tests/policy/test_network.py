@@ -101,7 +101,7 @@ def test_arrays_that_are_not_a_network_are_refused(change, message):
 
 def test_using_a_policy_does_not_import_torch():
     code = (
-        "import bimvox.policy, bimvox.policy.network, bimvox.policy.store, bimvox.policy.evaluate, "
+        "import bimvox.policy, bimvox.policy.network, bimvox.policy.store, bimvox.policy.train, "
         "bimvox.planning.rollout, sys; "
         "print(sorted({'torch', 'stable_baselines3'} & set(sys.modules)))"
     )

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bimvox.errors import PolicyError
-from bimvox.policy.site_outline import BLOCKS, SiteOutline, _sketch, distance, outline_from_dict, outline_of
+from bimvox.policy.manifest import BLOCKS, SiteOutline, _sketch, distance, outline_from_dict, outline_of
 
 _EMPTY = "00" * int(np.prod(BLOCKS))
 

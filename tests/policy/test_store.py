@@ -15,10 +15,8 @@ from bimvox.errors import PolicyError
 from bimvox.policy import manifest as manifest_module
 from bimvox.policy import store
 from bimvox.policy.config import DqnConfig
-from bimvox.policy.manifest import id_of
+from bimvox.policy.manifest import CurvePoint, SiteOutline, TrainedPolicy, id_of
 from bimvox.policy.network import QNetwork
-from bimvox.policy.site_outline import SiteOutline
-from bimvox.policy.trained import CurvePoint, TrainedPolicy
 
 
 def policy(seed: int = 0, success: float = 1.0) -> TrainedPolicy:

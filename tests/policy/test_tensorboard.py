@@ -3,8 +3,8 @@ import struct
 import pytest
 
 from bimvox.errors import FileError
+from bimvox.policy.manifest import CurvePoint
 from bimvox.policy.tensorboard import FILE_NAME, TensorBoard, _checksum
-from bimvox.policy.trained import CurvePoint
 
 CHECK = 0xE3069283
 """CRC-32C of "123456789", as in its specifications."""

@@ -8,15 +8,13 @@ import torch
 from lift_sites import building_problems, clearance_of
 
 from bimvox.env.batched import BatchedLiftEnv
-from bimvox.env.default_problem import default_problem
 from bimvox.env.lift_env import LiftEnv
-from bimvox.env.problem import training_problem
+from bimvox.env.problem import default_problem, training_problem
 from bimvox.errors import PlanningError
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.dqn import BatchDqn, dqn_of_lifts, load_network, network_of
-from bimvox.policy.evaluate import evaluate
-from bimvox.policy.train import train
-from bimvox.policy.trained import CurvePoint, TrainingStart
+from bimvox.policy.manifest import CurvePoint, TrainingStart
+from bimvox.policy.train import evaluate, train
 
 TINY = DqnConfig(hidden=(16,), lifts=8, batch_size=16, learning_starts=32, gradient_steps=1, test_every=64)
 

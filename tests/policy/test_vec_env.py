@@ -7,8 +7,8 @@ from stable_baselines3 import DQN
 from stable_baselines3.common.vec_env import VecMonitor
 
 from bimvox.env.batched import BatchedLiftEnv
-from bimvox.env.default_problem import default_problem
 from bimvox.env.dynamics import StepLimit
+from bimvox.env.problem import default_problem
 from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.env.component import YardPose
 from bimvox.paper.env.layout import PaperLayout

@@ -6,8 +6,8 @@ from box_sites import box_site, test_crane
 from scipy.ndimage import maximum_filter
 
 from bimvox.motion.time_plan import time_plan
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.clearance import WideMarks
 from bimvox.proof.moment import NO_SOLID, Thing
 from bimvox.proof.motion import verify_motions

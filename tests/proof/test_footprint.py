@@ -11,8 +11,8 @@ from box_sites import box_site, test_crane
 from scipy.ndimage import maximum_filter
 
 from bimvox.cranes.schedule import time_lifts
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.footprint import MotionFootprint, motion_footprint, path_footprint
 from bimvox.proof.hook import jib_cell
 from bimvox.proof.motion import verify_motions

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from box_sites import box_site
 
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.site.site import Rules

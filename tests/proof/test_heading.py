@@ -14,8 +14,7 @@ from bimvox.proof.heading import cells_at_any_heading
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import LiftPlan
-from bimvox.records.motion import LiftMotion, Phase, PhaseName
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
 from bimvox.site.site import Blocker, HeadingRule
 from bimvox.site.turning import turning_shape
 

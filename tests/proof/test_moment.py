@@ -5,8 +5,8 @@ import pytest
 from box_sites import box_site
 
 from bimvox.planning.assembly import Assembly
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.moment import Thing, cells_in_common, moments, near_and_far
 from bimvox.records.lift import Status
 

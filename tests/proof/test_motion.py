@@ -8,12 +8,11 @@ from box_sites import box_cells, box_site, test_crane
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.motion.time_plan import time_plan
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.motion import UNITS, verify_motions
 from bimvox.records.lift import Status
-from bimvox.records.motion import PhaseName
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import PhaseName, Trajectory
 from bimvox.site.site import Blocker
 
 PORTAL = [

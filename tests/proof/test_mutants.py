@@ -22,14 +22,14 @@ from guided_sites import slab_between_beams
 from planned_sites import rectangle
 from turning_sites import BESIDE_THE_PORTAL, turning_site
 
-from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.tower_crane import AxisLimits
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import NoPlanError
 from bimvox.library.prove import plan_and_prove
 from bimvox.motion.swing import rigged_crane
 from bimvox.planning.assembly import replay
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.planning.search import shortest_path
 from bimvox.policy.choice import NO_POLICY
 from bimvox.progress import progress_of

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from bimvox.proof.phase_names import check_phase_names
-from bimvox.records.motion import LiftMotion, Phase, PhaseName
+from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
 from bimvox.records.proof import Check
-from bimvox.records.trajectory import Trajectory
 
 H, T, L, STOP = PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER, PhaseName.STOP
 WAY = [(0, 0.0, 5.0), (20, 0.0, 15.0), (60, 1.0, 15.0), (80, 1.0, 6.0)]

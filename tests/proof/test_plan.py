@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from box_sites import box_cells, box_mesh, box_site, test_crane
 
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.plan import verify_plan
 from bimvox.proof.site_rules import check_wind
 from bimvox.records.lift import ModelledClash, Status

@@ -7,8 +7,8 @@ import pytest
 from box_sites import box_site, test_crane
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.moment import Thing
 from bimvox.proof.site_rules import _around_rope, _closes, check_rope_margin
 from bimvox.records.proof import Check

@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 from box_sites import box_site
 
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.stands import check_stands
 from bimvox.records.lift import Lift
 from bimvox.records.proof import Check

@@ -5,8 +5,8 @@ import dataclasses
 import pytest
 from slab_yards import slab_site
 
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.plan import verify_plan
 from bimvox.site.site import Blocker, Rules
 from bimvox.site.yard_rules import YardRules

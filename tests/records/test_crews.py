@@ -5,8 +5,7 @@ from __future__ import annotations
 from datetime import date, datetime
 from types import SimpleNamespace
 
-from bimvox.records.crews import Crew, crew_hours
-from bimvox.records.dates import WorkTime
+from bimvox.records.dates import Crew, WorkTime, crew_hours
 from bimvox.site.config.calendar import CalendarConfig
 
 H = 3600 * 10**9

@@ -8,8 +8,7 @@ import pytest
 from opened_pages import failed_proof, passed_proof, some_remarks
 
 from bimvox.records.lift import Lift, Status
-from bimvox.records.proof import Check, Verification
-from bimvox.records.remark import Remark, Severity
+from bimvox.records.proof import Check, Remark, Severity, Verification
 from bimvox.rendering.page.source import Light, Verdict, verdict_of
 
 NOTE = Remark("assumed", Severity.NOTE, "text")

@@ -9,14 +9,12 @@ import pytest
 from box_sites import test_crane
 from planned_sites import planned, portal_site
 
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.proof.over_time import verify_plan_over_time
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.revision.current_plan import CurrentPlan
+from bimvox.revision.current_plan import CurrentPlan, RevisionRequest, change_between
 from bimvox.revision.draft import history_after
-from bimvox.revision.obstruction_change import change_between
-from bimvox.revision.request import RevisionRequest
 from bimvox.site.site import Blocker
 
 S = 10**9

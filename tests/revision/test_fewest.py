@@ -9,17 +9,17 @@ import pytest
 from box_sites import box_site, test_crane
 
 from bimvox.cranes.schedule import time_lifts
-from bimvox.library.obstructions import rasterise
 from bimvox.library.search import check_search
+from bimvox.library.site import rasterise
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.segments import newest, segment_of
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import Preparation, prepare
+from bimvox.planning.preparation import Preparation
 from bimvox.progress import SilentProgress
 from bimvox.records.proof import Check
-from bimvox.revision.current_plan import CurrentPlan, current_plan_of
-from bimvox.revision.fewest import FewestMoves
-from bimvox.revision.request import RevisionRequest
+from bimvox.revision.current_plan import CurrentPlan, RevisionRequest, current_plan_of
+from bimvox.revision.recall import FewestMoves
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_digests, with_obstructions
 from bimvox.site.obstructions.obstruction_set import Box, Obstruction, ObstructionSet

@@ -6,13 +6,12 @@ import pytest
 from planned_sites import planned
 from turning_sites import turning_site
 
-from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import prepared
+from bimvox.library.site import rasterise
 from bimvox.progress import SilentProgress
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.records.lift import Status
-from bimvox.revision.current_plan import CurrentPlan, current_plan_of
-from bimvox.revision.request import RevisionRequest
+from bimvox.revision.current_plan import CurrentPlan, RevisionRequest, current_plan_of
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_digests, with_obstructions
 from bimvox.site.obstructions.obstruction_set import Box, Obstruction, ObstructionSet

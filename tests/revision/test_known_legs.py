@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from planned_frame import planned
 
-from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import prepared
+from bimvox.library.site import rasterise
 from bimvox.log.reader import read_log
 from bimvox.motion.time_plan import KnownLegs
 from bimvox.motion.trajectories import approached
@@ -17,10 +17,9 @@ from bimvox.progress import SilentProgress
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.motion import PhaseName
-from bimvox.revision.current_plan import current_plan_of
+from bimvox.revision.current_plan import RevisionRequest, current_plan_of
 from bimvox.revision.keep_or_replan import Replanning
 from bimvox.revision.recall import Recall, Version, obstructed_cells
-from bimvox.revision.request import RevisionRequest
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions.obstruction_set import Box, Obstruction, ObstructionSet

@@ -8,16 +8,15 @@ import pytest
 from planned_sites import planned
 from turning_sites import turning_site
 
-from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import prepared
+from bimvox.library.site import rasterise
 from bimvox.progress import SilentProgress
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Lift, Status
 from bimvox.records.proof import Check, Verification
-from bimvox.revision import part_proof
-from bimvox.revision.current_plan import CurrentPlan, current_plan_of
-from bimvox.revision.request import RevisionRequest
+from bimvox.revision import draft
+from bimvox.revision.current_plan import CurrentPlan, RevisionRequest, current_plan_of
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_digests, with_obstructions
 from bimvox.site.obstructions.obstruction_set import Box, Obstruction, ObstructionSet
@@ -45,7 +44,7 @@ def revised(current: tuple[CurrentPlan, Any]) -> CurrentPlan:
 def refusing(monkeypatch: pytest.MonkeyPatch, name: str, says: Any) -> list[Lift]:
     """Have a proof of a part refuse the beam's lift if ``says`` does; return all its lifts that were shown to it."""
     shown: list[Lift] = []
-    real = getattr(part_proof, name)
+    real = getattr(draft, name)
 
     def verify(plan: Any, *given: Any, **known: Any) -> Verification:
         check = Check("triangles")
@@ -56,7 +55,7 @@ def refusing(monkeypatch: pytest.MonkeyPatch, name: str, says: Any) -> list[Lift
                 check.look(not says(lift), f"{check.about}: it meets something")
         return Verification((*real(plan, *given, **known).checks, check))
 
-    monkeypatch.setattr(part_proof, name, verify)
+    monkeypatch.setattr(draft, name, verify)
     return shown
 
 

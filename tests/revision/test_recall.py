@@ -9,18 +9,17 @@ from box_sites import box_site, test_crane
 
 import bimvox.revision.revise as module
 from bimvox.cranes.schedule import time_lifts
-from bimvox.library.obstructions import rasterise
+from bimvox.library.site import rasterise
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import Preparation, prepare
+from bimvox.planning.preparation import Preparation
 from bimvox.proof.footprint import motion_footprint, path_footprint
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
-from bimvox.revision.current_plan import CurrentPlan, current_plan_of
-from bimvox.revision.footprints import Footprints
-from bimvox.revision.part_proof import Proof
+from bimvox.revision.current_plan import CurrentPlan, Footprints, RevisionRequest, current_plan_of
+from bimvox.revision.draft import Proof
 from bimvox.revision.recall import Recall, Version, obstructed_cells
-from bimvox.revision.request import RevisionRequest
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_digests, with_obstructions
 from bimvox.site.obstructions.obstruction_set import Box, Obstruction, ObstructionSet

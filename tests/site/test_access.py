@@ -11,8 +11,8 @@ from slab_yards import slab_site
 import bimvox
 from bimvox.errors import ConfigError
 from bimvox.grid.frame import GridFrame
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.planning.refusal import refused_by_crane
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status

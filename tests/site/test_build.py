@@ -9,7 +9,7 @@ from box_sites import test_crane as some_crane
 from bimvox.bim.building import Building, Casting, Role
 from bimvox.crane.outline import highest_point_m
 from bimvox.errors import ConfigError, SelectionError
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
 from bimvox.planning.refusal import refused_by_crane
 from bimvox.site import checks
 from bimvox.site.build import PlacedModel, build_site, with_obstructions

@@ -10,10 +10,9 @@ import shapely
 from box_buildings import box_element
 
 from bimvox.bim.building import Role
-from bimvox.crane.fit import MARGIN_M, MAST_CLEARANCE_M
-from bimvox.crane.geometry import mast_box_m
 from bimvox.crane.load_chart import capacity_kg
-from bimvox.crane.reach import allowed_radii_m
+from bimvox.crane.outline import mast_box_m
+from bimvox.crane.reach import MARGIN_M, MAST_CLEARANCE_M, allowed_radii_m
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
 from bimvox.site.config.site_config import AreasConfig, ModelConfig, RulesConfig, SiteConfig, ZoneConfig
 from bimvox.site.crane_guess import ROOMY, Wanted, best_set_up, compare_cranes, fit_here

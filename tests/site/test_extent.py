@@ -5,7 +5,7 @@ from box_sites import test_crane as some_crane
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bimvox.crane.geometry import mast_box_m
+from bimvox.crane.outline import mast_box_m
 from bimvox.errors import ConfigError, GridTooLargeError
 from bimvox.site.config.site_config import AreasConfig, GridConfig, ModelConfig, SiteConfig
 from bimvox.site.extent import HEADROOM_M, MARGIN_VOX, site_extent, top_m

@@ -11,8 +11,7 @@ from hills import hill, terrain
 import bimvox
 from bimvox.bim.building import Role, Storey
 from bimvox.errors import ConfigError
-from bimvox.grid.frame import GridFrame
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import GridFrame, Label
 from bimvox.library.site import built_site
 from bimvox.progress import SilentProgress
 from bimvox.remarks.conditions import conditions_of

@@ -12,7 +12,7 @@ from box_buildings import box_element
 from box_sites import box_mesh
 
 from bimvox.bim.building import Element, TriangleMesh
-from bimvox.crane.geometry import mast_box_m
+from bimvox.crane.outline import mast_box_m
 from bimvox.site.catalogue import machine_called, machines_of
 from bimvox.site.config.site_config import AreasConfig, ModelConfig, SiteConfig
 from bimvox.site.crane_guess import Wanted, best_set_up, fit_here

@@ -13,16 +13,15 @@ from named_cranes import HAMMERHEADS
 from ruckig import ControlInterface, InputParameter, Ruckig
 from ruckig import Trajectory as RuckigTrajectory
 
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.tower_crane import CranePose
+from bimvox.crane.tower_crane import AxisLimits, CranePose
 from bimvox.errors import InputError, PlanningError
 from bimvox.motion.drive import drive_path
 from bimvox.motion.swept import samples_are_free
 from bimvox.motion.swing import rigged_crane
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.assembly import replay
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.planning.search import shortest_path
 from bimvox.proof.crane.axes import check_limits
 from bimvox.proof.motion import verify_motions

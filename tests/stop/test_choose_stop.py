@@ -13,8 +13,7 @@ from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.motion.swept import LoadFrame
 from bimvox.motion.swing import Pendulum, RiggedCrane
 from bimvox.proof.crane.pendulum import swung_parts
-from bimvox.records.motion import LiftMotion, Phase, PhaseName
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
 from bimvox.stop.brake_axes import AxisState, stop_from
 from bimvox.stop.choose_stop import hangs_still_ns, swing_through
 

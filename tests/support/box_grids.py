@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.grid.boxes import boxes_of
 from bimvox.grid.bricks import Bricks
-from bimvox.grid.frame import GridFrame
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import GridFrame, Label
+from bimvox.grid.summed_area import boxes_of
 from bimvox.grid.voxel_grid import Part, VoxelGrid
 
 UNIT_FRAME = GridFrame((0.0, 0.0, 0.0), 1.0)

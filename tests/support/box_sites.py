@@ -9,11 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.load_chart import LoadChart
-from bimvox.crane.tower_crane import TowerCrane
-from bimvox.grid.frame import GridFrame
-from bimvox.grid.labels import Label
+from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+from bimvox.grid.frame import GridFrame, Label
 from bimvox.site.build import labels_of
 from bimvox.site.component import Component
 from bimvox.site.shape import shape_of

@@ -7,8 +7,7 @@ from box_sites import box_site, test_crane
 
 from bimvox.motion.swept import axes_of_cells, load_frame
 from bimvox.records.lift import Lift, LiftPlan, Method, Status, YardPlace
-from bimvox.records.motion import LiftMotion, Phase, PhaseName
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
 from bimvox.site.component import StoredPose
 
 PARTS = [

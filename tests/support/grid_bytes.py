@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 
-from bimvox.grid.limits import CELL_LIMIT
+from bimvox.grid.frame import CELL_LIMIT
 from bimvox.grid.storage import read_grid, write_grid
 from bimvox.grid.voxel_grid import VoxelGrid
 

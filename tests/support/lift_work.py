@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from bimvox.library.set_up_search.picks import Picks, room_in
-from bimvox.library.set_up_search.ways import Ways
+from bimvox.library.set_up_search.placed import Picks, room_in
+from bimvox.library.set_up_search.timed import Ways
 from bimvox.site.set_ups import LiftWork
 
 

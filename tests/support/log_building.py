@@ -10,17 +10,14 @@ from typing import Any
 import numpy as np
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.load_chart import LoadChart
-from bimvox.crane.tower_crane import TowerCrane
-from bimvox.grid.frame import GridFrame
-from bimvox.grid.labels import Label
+from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+from bimvox.grid.frame import GridFrame, Label
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.log.recorder import write_log
 from bimvox.motion.swept import axes_of_cells, load_frame
 from bimvox.records.lift import Lift, LiftPlan, Method, ModelledClash, Status, YardPlace
-from bimvox.records.motion import LiftMotion, Phase, PhaseName
-from bimvox.records.trajectory import Trajectory
+from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
 from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.shape import shape_of, stored_shape
 from bimvox.site.site import Blocker, Rules, Site, SwingRule

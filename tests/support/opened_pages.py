@@ -15,8 +15,7 @@ from log_building import tiny_log
 
 from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
-from bimvox.records.proof import Check, Verification
-from bimvox.records.remark import Remark, Severity
+from bimvox.records.proof import Check, Remark, Severity, Verification
 from bimvox.rendering.page.document import DOCUMENT
 from bimvox.rendering.page.source import PageSource, Revision
 

@@ -16,7 +16,7 @@ import pytest
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.site import init
 
-from bimvox.library.policy_wish import PolicyWish
+from bimvox.library.arguments import PolicyWish
 from bimvox.progress import SilentProgress
 
 MODEL = Path(__file__).parents[2] / "sample_models" / "frame.ifc"

@@ -9,7 +9,7 @@ from box_sites import box_site
 
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.records.remark import Remark
+from bimvox.records.proof import Remark
 from bimvox.remarks.remarks import remarks_of
 
 

@@ -33,34 +33,28 @@ from named_cranes import default_luffing_crane
 from turning_sites import BESIDE_THE_PORTAL, turning_site
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.choose_rig import choose_rig
-from bimvox.crane.gear import Gear, GearKind
+from bimvox.crane.gear import Gear, GearKind, Rig
 from bimvox.crane.kinematics import hook_of
-from bimvox.crane.rig import Rig
-from bimvox.crane.tower_crane import TowerCrane
-from bimvox.crane.working_range import SlowZone, WorkingRange
-from bimvox.grid.labels import Label
-from bimvox.library.carry_out import carry_out
+from bimvox.crane.tower_crane import AxisLimits, SlowZone, TowerCrane, WorkingRange
+from bimvox.grid.frame import Label
 from bimvox.library.plan import digests_of
-from bimvox.live.named_traffic import traffic_named
+from bimvox.library.revise import carry_out
+from bimvox.live.tracks import traffic_named
 from bimvox.log import schema as topics
 from bimvox.log.bundle import pack, unpack
 from bimvox.log.held import held_files
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.segments import FIRST_PLAN, NOW_NS, first_plan_of
 from bimvox.motion.time_plan import time_plan
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.progress import SilentProgress
 from bimvox.proof.carried_out import planned_axes, tally_of
-from bimvox.records.carried_out import CarriedOut
-from bimvox.records.lift import Epoch, LeftPath, Lift, ModelledClash, Status, not_lifted
-from bimvox.records.motion import LiftMotion, Phase, PhaseName
-from bimvox.records.reasons import LOAD_IS_HELD
+from bimvox.records.lift import LOAD_IS_HELD, Epoch, LeftPath, Lift, ModelledClash, Status, not_lifted
+from bimvox.records.motion import CarriedOut, LiftMotion, Phase, PhaseName, Trajectory
 from bimvox.records.steps import Steps
-from bimvox.records.trajectory import Trajectory
-from bimvox.revision.held_cranes import HeldCranes, HeldHook
+from bimvox.revision.current_plan import HeldCranes, HeldHook
 from bimvox.site.build import labels_of, with_digests
 from bimvox.site.casting import FIELD_CASTING, CastTimes, Curing
 from bimvox.site.component import Component, Lifting, StoredPose

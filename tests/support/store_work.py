@@ -10,8 +10,8 @@ import numpy as np
 from bimvox.env.observation import INPUT_SIZE
 from bimvox.policy import store
 from bimvox.policy.config import DqnConfig
+from bimvox.policy.manifest import CurvePoint, TrainedPolicy
 from bimvox.policy.network import QNetwork
-from bimvox.policy.trained import CurvePoint, TrainedPolicy
 
 
 def small_policy(seed: int) -> TrainedPolicy:

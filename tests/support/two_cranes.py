@@ -12,8 +12,8 @@ from box_sites import box_site, test_crane
 from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.motion.trajectories import chained
 from bimvox.planning.assembly import replay
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.site.build import with_digests

@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from reference import box_mesh, joined, moved, rotation
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.voxelization.batch import wind_batch
 from bimvox.voxelization.lattice import cell_range
 from bimvox.voxelization.meshes import Meshes, batches_of
-from bimvox.voxelization.part import voxelize_mesh
+from bimvox.voxelization.part import voxelize_mesh, wind_batch
 from bimvox.voxelization.runs import dense_cells, dense_fractions
 
 H = 0.1

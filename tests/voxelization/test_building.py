@@ -12,9 +12,8 @@ from reference import box_mesh, cell_set, moved, rotation
 from bimvox.bim.building import Building, Element, Role, Source, TriangleMesh
 from bimvox.errors import GridTooLargeError, InputError, SelectionError
 from bimvox.grid.bricks import NO_OWNER, Bricks
-from bimvox.grid.labels import Label
-from bimvox.grid.part_cells import all_part_cells
-from bimvox.grid.voxel_grid import VoxelGrid
+from bimvox.grid.frame import Label
+from bimvox.grid.voxel_grid import VoxelGrid, all_part_cells
 from bimvox.voxelization.building import voxelize_building
 from bimvox.voxelization.part import voxelize_mesh
 

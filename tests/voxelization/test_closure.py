@@ -5,7 +5,7 @@ import pytest
 from reference import box_mesh, inverted, joined, sphere_mesh, without_faces
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.voxelization.closure import corner_keys, edges_match, inverted_faces, openness
+from bimvox.voxelization.meshes import corner_keys, edges_match, inverted_faces, openness
 
 
 def keys_of(mesh: TriangleMesh):

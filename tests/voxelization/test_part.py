@@ -20,7 +20,7 @@ from reference import (
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.errors import GridTooLargeError, InputError
-from bimvox.voxelization import columns, solid
+from bimvox.voxelization import solid
 from bimvox.voxelization.lattice import TOLERANCE_M
 from bimvox.voxelization.part import PartVoxels, voxelize_mesh
 
@@ -250,7 +250,7 @@ def test_a_part_swept_in_several_slabs_is_the_same_part(monkeypatch: pytest.Monk
     mesh = without_faces(tilted_box(11), 3)
     whole = voxelize_mesh(mesh, 0.1)
     # The kernel's Python code, with a slab so small that every row of columns is swept separately.
-    code = columns.fill_columns.py_func
+    code = solid.fill_columns.py_func
     names = code.__globals__ | {"_SLAB": 1}
     monkeypatch.setattr(solid, "fill_columns", types.FunctionType(code.__code__, names))
     assert same(voxelize_mesh(mesh, 0.1), whole)

@@ -5,10 +5,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bimvox.grid.boxes import boxes_of
+from bimvox.grid.summed_area import boxes_of
 from bimvox.voxelization.bits import CellPlanes, pack
-from bimvox.voxelization.run_boxes import greedy_boxes, whole_run_boxes
-from bimvox.voxelization.runs import FilledCells, dense_cells, dense_fractions, dense_shares, runs_of, share_starts
+from bimvox.voxelization.runs import (
+    FilledCells,
+    dense_cells,
+    dense_fractions,
+    dense_shares,
+    greedy_boxes,
+    runs_of,
+    share_starts,
+    whole_run_boxes,
+)
 from bimvox.voxelization.sweep import FULL
 
 AIR, SURFACE, INSIDE, BORDER = range(4)

@@ -1,27 +1,160 @@
-"""The whole search of a site: every machine on every place, other yards, pairs, and which of them are planned."""
+"""The whole search of a site, with a closer look at the fastest, and which set-ups are planned."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from bimvox.crane.machine import Machine
 from bimvox.errors import InputError
-from bimvox.library.set_up_search.front import front_of, proven_front, to_plan
 from bimvox.library.set_up_search.pairs import may_pair, pairs
 from bimvox.library.set_up_search.placed import PlacedSite
-from bimvox.library.set_up_search.refine import better_placed, closer, refined
 from bimvox.library.set_up_search.search import Search
-from bimvox.library.set_up_search.set_up import Effort, Tried
+from bimvox.library.set_up_search.set_up import Effort, OtherYard, Tried, front_of, proven_front, to_plan
+from bimvox.library.set_up_search.timed import FEW_LIFTS, LIFTS
 from bimvox.library.set_up_search.yards import may_move, other_yards
 from bimvox.progress import Progress
+from bimvox.site.catalogue import machine_called
+
+_APART_M = 4.0
+"""Places that are nearer to each other take about as long."""
+_AS_FAST = 1.25
+"""A place is worth a closer look if the crane moves no longer than so many times the least, by the quick estimate."""
+_FASTEST = 8
+"""So many of the fastest are timed in any case."""
+_MACHINES, _PLACES = 4, 12
+"""So many of the fastest machines are looked at closer, on so many places each."""
+_MOST_PLACES = 60
+"""The same of the fastest one by its plan."""
+_LOAD = 0.5
+"""Share of the truckload: with fewer parts in the yard, each lies where it takes least time."""
+
+
+def closer(search: Search, lattice: Sequence[Tried], members: int) -> list[Tried]:
+    """Return a lattice in which what serves most parts counts the swing of loads, the fastest on better places.
+
+    The fastest of each machine by the quick estimate is timed, and gives the others of that machine a factor. Then the
+    fastest by that, and all that would be planned, are timed themselves, until nothing else would be planned.
+
+    Args:
+        search: The parts.
+        lattice: Machines on their places, as ``Search.tried`` yields them.
+        members: How many set-ups are planned.
+    """
+    most = max((one.served for one in lattice if one.crane is not None), default=0)
+    found = list(lattice)
+    able = [n for n, one in enumerate(found) if one.served == most and one.crane is not None]
+    for own in _by_machine(lattice, able):
+        found[own[0]] = _timed(search, lattice[own[0]])
+        longer = _moving_s(search, found[own[0]]) / max(_moving_s(search, lattice[own[0]]), 1e-9)
+        for n in own[1:]:
+            quick_s = _moving_s(search, lattice[n])
+            found[n] = search.taking(lattice[n], lattice[n].crane_s + (longer - 1.0) * quick_s)
+    while True:
+        fastest = [found[n] for n in sorted(able, key=lambda n: found[n].crane_s)[:_FASTEST]]
+        untimed = {id(one) for one in (*fastest, *to_plan(found, front_of(found), members)) if not one.lifts}
+        closely = [n for n in able if id(found[n]) in untimed]
+        if not closely:
+            break
+        for n in closely:
+            found[n] = _timed(search, found[n])
+    for own in _by_machine(found, able)[:_MACHINES]:
+        found[own[0]] = better_placed(search, found[own[0]])
+    return found
+
+
+def better_placed(search: Search, one: Tried) -> Tried:
+    """Return a set-up of one crane, timed, on the best of a few of its places, or where it stands."""
+    return _fastest([one, *_elsewhere(search, one, _PLACES)], search, 1)[0]
+
+
+def refined(search: Search, best: Tried, effort: Effort) -> list[Tried]:
+    """Return set-ups to plan next to the fastest one, about half as many as were planned before.
+
+    Args:
+        search: The parts.
+        best: The fastest set-up by its plan, of one crane.
+        effort: How many were planned.
+    """
+    most = effort.members // 2
+    if effort.members < 4 or best.crane is None:
+        return []
+    found = []
+    yards = search.config.areas.yard or ()
+    load_kg = search.config.rules.truckload_kg if best.yard is None else best.yard.truckload_kg
+    polygon = best.yard.polygon if best.yard is not None else yards[0] if len(yards) == 1 else None
+    if polygon is not None and load_kg > 0.0:
+        number = None if best.yard is None else best.yard.number
+        found.append(replace(best, yard=OtherYard(number, polygon, _LOAD * load_kg)))
+    if machine_called(best.machine) is not None:
+        elsewhere = [one for one in _elsewhere(search, best, _MOST_PLACES) if one.served >= best.served]
+        chosen = _fastest(elsewhere, search, most - len(found), best)
+        found += [replace(one, place=number) for number, one in enumerate(chosen, start=2)]
+    return [one for one in found if not one.over][:most]
+
+
+def _timed(search: Search, one: Tried) -> Tried:
+    assert one.crane is not None
+    return one if one.lifts == LIFTS else search.from_place(one, np.array(one.crane.base_m[:2]))
+
+
+def _moving_s(search: Search, one: Tried) -> float:
+    return one.crane_s - float(search.work.standing_s.sum())
+
+
+def _by_machine(found: Sequence[Tried], able: Sequence[int]) -> list[list[int]]:
+    """Return those of each machine, the fastest first."""
+    machines: dict[str, list[int]] = {}
+    for n in sorted(able, key=lambda n: found[n].crane_s):
+        machines.setdefault(found[n].machine, []).append(n)
+    return list(machines.values())
+
+
+def _elsewhere(search: Search, one: Tried, most: int) -> list[Tried]:
+    """Return a set-up on at most so many of its other places that are as fast by the quick estimate, roughly timed.
+
+    A few lifts are timed, and from where it stands too: what they miss there they miss everywhere.
+    """
+    assert one.crane is not None
+    own = search.from_place(one, np.array(one.crane.base_m[:2]), FEW_LIFTS)
+    longer = _moving_s(search, _timed(search, one)) / _moving_s(search, own)
+    moving_s = one.all_crane_s - float(search.work.standing_s.sum())
+    full = one.all_served >= one.served
+    if not search.inside(np.array([one.crane.base_m[:2]]))[0]:
+        full &= ~search.inside(one.bases_m)
+    able = np.flatnonzero(full & (moving_s <= _AS_FAST * moving_s[full].min(initial=np.inf)))
+    few = [search.from_place(one, one.bases_m[at], FEW_LIFTS) for at in able[:: max(1, -(-len(able) // most))]]
+    return [search.taking(each, each.crane_s + (longer - 1.0) * _moving_s(search, each)) for each in few]
+
+
+def _fastest(places: Sequence[Tried], search: Search, most: int, best: Tried | None = None) -> list[Tried]:
+    """Return so many of the fastest of places, not next to the best one or to each other, all of them timed."""
+    left = list(places)
+    while True:
+        found: list[Tried] = []
+        left.sort(key=lambda one: (-one.served, one.crane_s))
+        for one in left:
+            taken = found if best is None else (best, *found)
+            if len(found) < most and all(_gap_m(one, other) >= _APART_M for other in taken):
+                found.append(one)
+        if all(one.lifts == LIFTS for one in found):
+            return found
+        left = [_timed(search, one) if one in found and one.lifts < LIFTS else one for one in left]
+
+
+def _gap_m(one: Tried, other: Tried) -> float:
+    assert one.crane is not None
+    assert other.crane is not None
+    return float(np.hypot(*np.subtract(one.crane.base_m[:2], other.crane.base_m[:2])))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Searched:
+class _Searched:
     """What a search found.
 
     Attributes:
@@ -70,8 +203,7 @@ class Searched:
     def instead(self, planned: Sequence[dict[str, Any]]) -> list[Tried]:
         """Return as many others to plan as chosen ones have no plan, or refuse more parts than another one.
 
-        Args:
-            planned: Documents of the chosen set-ups, in their order, as for ``proven_front``.
+        ``planned``: documents of the chosen set-ups, in their order, as for ``proven_front``.
         """
         fewest = min((one["refused"] for one in planned if one["hours"] is not None), default=0)
         lost = sum(one["hours"] is None or one["refused"] > fewest for one in planned)
@@ -93,7 +225,7 @@ class Searched:
 
 def search_set_ups(
     site: PlacedSite, name: str, machines: Sequence[Machine], effort: Effort, folder: Path | None, progress: Progress
-) -> Searched:
+) -> _Searched:
     """Return what to plan for a site of one crane.
 
     Args:
@@ -144,4 +276,4 @@ def search_set_ups(
         raise InputError(
             f"{name}: no machine serves any part", hint="`bimvox cranes SITE` says why; move the yard, or lift less"
         )
-    return Searched(search, tuple(lattice), tuple(found), tuple(front), tuple(chosen), trials)
+    return _Searched(search, tuple(lattice), tuple(found), tuple(front), tuple(chosen), trials)

@@ -14,15 +14,14 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.fit import distances_m
 from bimvox.crane.machine import Machine
 from bimvox.crane.outline import outline_of
+from bimvox.crane.reach import distances_m
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.cranes.obstructed import clear_ways
+from bimvox.cranes.clock import clear_ways
 from bimvox.errors import ConfigError
-from bimvox.library.set_up_search.front import ends, estimated_goals, front_of
 from bimvox.library.set_up_search.search import Search
-from bimvox.library.set_up_search.set_up import Rig, Tried
+from bimvox.library.set_up_search.set_up import Rig, Tried, ends, estimated_goals, front_of
 from bimvox.library.set_up_search.timed import FEW_LIFTS, LIFTS
 from bimvox.planning.order.apart import NOTHING_APART
 from bimvox.planning.order.makespan import OrderTimes, makespan_s
@@ -179,10 +178,7 @@ def _timed(search: Search, rig: Rig, base_m: NDArray[np.float64], lifts: int) ->
 def _makespan_s(search: Search, whose: NDArray[np.int64], lift_s: NDArray[np.float64]) -> float:
     """Return how long two cranes take for the parts in their sequence; those that neither serves take no time.
 
-    Args:
-        search: The parts.
-        whose: (N,) the crane of each part.
-        lift_s: (2, N) crane time of each part.
+    ``whose``: (N,) the crane of each part; ``lift_s``: (2, N) crane time of each part.
     """
     count, work = len(whose), search.work
     own_s = np.take_along_axis(lift_s, whose[None], axis=0)[0]

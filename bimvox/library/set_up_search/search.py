@@ -9,18 +9,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.fit import MARGIN_M, standing
 from bimvox.crane.machine import Machine
+from bimvox.crane.reach import MARGIN_M, standing
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.library.set_up_search.last_moves import lowered
-from bimvox.library.set_up_search.least_moving import Loose, least_of_all_s
-from bimvox.library.set_up_search.picks import rooms_of
-from bimvox.library.set_up_search.placed import PlacedSite
+from bimvox.library.set_up_search.least_moving import Loose, least_of_all_s, lowered
+from bimvox.library.set_up_search.placed import PlacedSite, rooms_of
 from bimvox.library.set_up_search.set_up import OtherYard, Rig, Tried
-from bimvox.library.set_up_search.timed import LIFTS, timed_moving_s
-from bimvox.library.set_up_search.ways import Ways, ways_on
+from bimvox.library.set_up_search.timed import LIFTS, Ways, timed_moving_s, ways_on
 from bimvox.library.site import built_site
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.planning.stacks import is_stacked
 from bimvox.progress import Progress
 from bimvox.site.beside import parts_beside
@@ -177,8 +174,7 @@ class Search:
         keep the transit clearance; see :mod:`bimvox.library.set_up_search.least_moving`. Plans that refuse more parts
         may move less. 0 if the site file gives parts their starts, which may be outside of the yard.
 
-        Args:
-            found: Machines on their places, as :meth:`tried` and :meth:`with_yard` return them.
+        ``found``: machines on their places, as :meth:`tried` and :meth:`with_yard` return them.
         """
         if any(one.start is not None for one in self.config.component):
             return 0.0

@@ -1,15 +1,18 @@
-"""What is tried: a machine with a jib and a reeving on a place, with a yard, alone or with a second crane."""
+"""What is tried (a machine, jib and reeving on a place, with a yard), and what no other of them beats."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.fit import standing
 from bimvox.crane.machine import Machine
+from bimvox.crane.reach import standing
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import enumerated
 from bimvox.site.config.site_config import Polygon
 
 
@@ -134,3 +137,150 @@ class Rig:
     def on(self, base_m: NDArray[np.float64], higher_m: float = 0.0) -> TowerCrane:
         """Return the crane on a base (2,), its mast higher by a length."""
         return replace(standing(self.usual, self.hook_m + higher_m), base_m=(*base_m.tolist(), 0.0))
+
+
+_SHARE = 0.01
+"""Utilisations that differ by less count as the same in an estimate."""
+
+T = TypeVar("T")
+Goals = tuple[float, float, float]
+"""Hours, cost and highest utilisation; less is better."""
+
+
+def front_of(found: Sequence[Tried]) -> list[Tried]:
+    """Return the set-ups that no other beats, the fewest crane hours first; none over the budget.
+
+    Set-ups that serve fewer parts than the best are not among them.
+    """
+    within = [one for one in found if one.crane is not None and not one.over]
+    most = max((one.served for one in within), default=0)
+    return _unbeaten([one for one in within if one.served == most and most], estimated_goals)
+
+
+def to_plan(found: Sequence[Tried], front: Sequence[Tried], most: int) -> list[Tried]:
+    """Return at most so many set-ups to be planned in full.
+
+    First :func:`ends` of the front, then others of it up to half of ``most``, evenly from the fastest on, then the
+    fastest of other machines, then others by their estimate. The estimate ranks; it does not decide between machines
+    that are nearly as fast.
+    """
+    if not front:
+        return []
+    chosen = ends(front, estimated_goals, lambda one: one.cranes)[:most]
+    left = [one for one in front if one not in chosen]
+    room = max(0, most // 2 - len(chosen))
+    chosen += left[:: max(1, -(-len(left) // room))][:room] if room else []
+    able = [one for one in found if one.crane is not None and not one.over and one.cranes == 1]
+    others = sorted(
+        (one for one in able if one.served == front[0].served and one not in chosen), key=lambda one: one.crane_s
+    )
+    named = {one.machine for one in chosen}
+    for one in others:
+        if len(chosen) < most and one.machine not in named:
+            chosen.append(one)
+            named.add(one.machine)
+    return [*chosen, *(one for one in others if one not in chosen)][:most]
+
+
+def ends(front: Sequence[Any], goals: Callable[[Any], Goals], group: Callable[[Any], Hashable]) -> list[Any]:
+    """Return the fastest, the cheapest and the least used of a front, then the fastest and the cheapest by group.
+
+    Each only once.
+    """
+    found: list[Any] = []
+    if not front:
+        return found
+
+    def least(among: Sequence[Any], goal: int) -> Any:
+        return min(among, key=lambda one: (goals(one)[goal], goals(one)))
+
+    groups = [[one for one in front if group(one) == name] for name in dict.fromkeys(map(group, front))]
+    every = [*(least(front, goal) for goal in range(3)), *(least(among, goal) for goal in (0, 1) for among in groups)]
+    for one in every:
+        if one not in found:
+            found.append(one)
+    return found
+
+
+def why_lost(one: Tried, front: Sequence[Tried]) -> str:
+    """Return why a set-up is not of the front; empty if it is."""
+    if one in front:
+        return ""
+    if one.over:
+        return one.over
+    if one.crane is None or not front or one.served < front[0].served:
+        return one.why
+    better = _better(estimated_goals(one), front, estimated_goals)
+    return _said(better.words, estimated_goals(one), estimated_goals(better), 3600.0)
+
+
+def proven_front(planned: Sequence[dict[str, Any]], budget: float | None) -> list[dict[str, Any]]:
+    """Return the planned set-ups that no other beats, fewer hours first; those that refuse fewest parts alone.
+
+    Args:
+        planned: Documents of set-ups, see ``bimvox optimise --json``.
+        budget: The most that one may cost; None: no limit.
+    """
+    able = [one for one in planned if one["hours"] is not None and (budget is None or one["cost"] <= budget)]
+    fewest = min((one["refused"] for one in able), default=0)
+    return _unbeaten([one for one in able if one["refused"] == fewest], planned_goals)
+
+
+def why_beaten(one: dict[str, Any], front: Sequence[dict[str, Any]], budget: float | None) -> str:
+    """Return why a planned set-up is not of the proven front."""
+    if one["hours"] is None:
+        return str(one["error"]["message"])
+    if budget is not None and one["cost"] > budget:
+        return "costs more than the budget"
+    if one["refused"] > front[0]["refused"]:
+        return f"infeasible lifts: {one['refused']}; of others {front[0]['refused']}"
+    better = _better(planned_goals(one), front, planned_goals)
+    both = [each for each in (better, better["second"]) if each]
+    words = " and ".join(f"{each['machine']} with a jib of {each['jib_m']:g} m" for each in both)
+    return _said(words, planned_goals(one), planned_goals(better), 1.0)
+
+
+def planned_goals(one: dict[str, Any]) -> Goals:
+    """Return what is to be small of a planned set-up; without a utilisation, the whole capacity.
+
+    Two cranes count as fully used: a lower utilisation alone is not worth a second crane.
+    """
+    highest = one["highest_utilisation"]
+    return one["hours"], one["cost"], 1.0 if highest is None or one["second"] else highest
+
+
+def estimated_goals(one: Tried) -> Goals:
+    """Return what is to be small of a set-up, by its estimate; see :func:`planned_goals`."""
+    return one.crane_s, one.cost, 1.0 if one.second else round(one.highest / _SHARE) * _SHARE
+
+
+def _unbeaten(able: Sequence[T], goals: Callable[[T], Goals]) -> list[T]:
+    """Return those that no other beats, by their goals; of equal ones the first."""
+    front: list[T] = []
+    for one in sorted(able, key=goals):
+        if not any(_beats(goals(other), goals(one)) for other in front):
+            front.append(one)
+    return front
+
+
+def _beats(one: Goals, other: Goals) -> bool:
+    """Return whether nothing of one is worse than of another that comes after it."""
+    return all(own <= their for own, their in zip(one, other, strict=True))
+
+
+def _better(own: Goals, front: Sequence[T], goals: Callable[[T], Goals]) -> T:
+    """Return the fastest of a front that beats something."""
+    return min((other for other in front if _beats(goals(other), own)), key=goals)
+
+
+def _said(who: str, own: Goals, better: Goals, hour: float) -> str:
+    """Return by how much another is better."""
+    slower_h, saved, points = (a - b for a, b in zip(own, better, strict=True))
+    said = []
+    if round(slower_h / hour, 2) > 0.0:
+        said.append(f"takes {slower_h / hour:.2f} h less")
+    if round(saved) > 0:
+        said.append(f"costs {saved:,.0f} less")
+    if round(100.0 * points) > 0 and own[2] < 1.0:
+        said.append(f"uses {100.0 * points:.0f} points less of its capacity")
+    return f"{who} {enumerated(said) or 'is as good'}"

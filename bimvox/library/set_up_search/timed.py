@@ -1,4 +1,4 @@
-"""How long a crane moves with nothing in its way but its own mast and the swing of its loads: a closer look at a place.
+"""How long a crane moves with only its own mast and the swing of its loads in its way: a closer look at a place.
 
 The quick estimate (:mod:`bimvox.site.set_ups`) lets each axis go as fast as it can. What tells the places of one
 machine apart is rather where parts are picked (``picks.py``), and the swing: far out, or with the trolley running while
@@ -9,28 +9,210 @@ the yard, wherever it passes it is above all that is built there by then (``acro
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise, starmap
 from math import inf
+from typing import NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
-from bimvox.crane.bound import rest_to_rest_s
-from bimvox.crane.fit import radii_for_m
-from bimvox.crane.kinematics import Axes, nearest_turn, pose_of
-from bimvox.crane.rigging import rigged
+from bimvox.bim.building import BUILT, Building, Element
+from bimvox.crane.kinematics import Axes, nearest_turn, pose_of, rigged
+from bimvox.crane.reach import radii_for_m
 from bimvox.crane.tower_crane import CranePose, TowerCrane
-from bimvox.crane.travel import Travel
+from bimvox.crane.travel import Travel, rest_to_rest_s
 from bimvox.errors import PlanningError
-from bimvox.library.set_up_search.across import SAMPLES, ways_across
-from bimvox.library.set_up_search.ways import Ways
+from bimvox.grid.frame import whole_cells
+from bimvox.library.set_up_search.placed import Picks, around_m, taken_m2
 from bimvox.motion.drive import SET_DOWN_M
 from bimvox.motion.move import Move
+from bimvox.motion.shortcut import stops_across
 from bimvox.motion.steady import Swaying, SwingRules, steadied
 from bimvox.motion.swing import PLANNED_RESIDUAL_M, Pendulum
 from bimvox.motion.timeline import Timeline
+from bimvox.site.component import Component
+from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.extent import MARGIN_VOX, site_extent
+from bimvox.site.means import Means
+from bimvox.site.set_ups import LiftWork
+from bimvox.site.site import Site, SwingRule
+from bimvox.site.transit_clearance import margin_vox
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ways:
+    """What the closer look knows of a site with one yard.
+
+    Attributes:
+        work: The parts in their erection sequence.
+        picks: Where they are picked.
+        around_m: (N, 2, 2) lowest and highest corner of each part on plan, as seen from its hook.
+        bounds_m: (2, 2) lowest and highest corner of the site on plan; masts may stand outside.
+        clearance_m: Of loads in transit, from everything.
+        mast_m: The same from the sides of the mast.
+        cell_m: Edge of a cell.
+        swings: Whether moves are shaped against the swing of loads.
+        turn_s: How long a load is turned by a quarter.
+        others_m: (M, 2, 2) lowest and highest corner on plan of what no crane lifts.
+        other_tops_m: (M,) its tops.
+        others_before: (M,) the part before which it is there.
+    """
+
+    work: LiftWork
+    picks: Picks
+    around_m: NDArray[np.float64]
+    bounds_m: NDArray[np.float64]
+    clearance_m: float = 0.0
+    mast_m: float = 0.0
+    cell_m: float = 0.0
+    swings: bool = True
+    turn_s: float = 0.0
+    others_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2, 2)))
+    other_tops_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    others_before: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+
+    def passed_m(self, n: int, hooks_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (S,) how high it is built by then where a part with its clearance passes, with its hook at (S, 2)."""
+        there = self.others_before <= n
+        lows_m, highs_m = (
+            np.concatenate([self.work.places_m[:n] + self.around_m[:n, side], self.others_m[there, side]])
+            for side in (0, 1)
+        )
+        tops_m = np.concatenate([self.work.tops_m[:n], self.other_tops_m[there]])
+        low_m, high_m = (
+            hooks_m + self.around_m[n, 0] - self.clearance_m,
+            hooks_m + self.around_m[n, 1] + self.clearance_m,
+        )
+        near = ((lows_m < high_m.max(axis=0)) & (highs_m > low_m.min(axis=0))).all(axis=1)
+        passed = ((lows_m[near] < high_m[:, None]) & (highs_m[near] > low_m[:, None])).all(axis=2)
+        found: NDArray[np.float64] = (passed * tops_m[near]).max(axis=1, initial=0.0)
+        return found
+
+    def raised_to_turn_m(self, n: int, at_m: NDArray[np.float64]) -> float:
+        """Return how high a part must be raised above (2,) its pick to be turned above all that is built by then."""
+        low_m, high_m = (self.work.places_m[:n] + self.around_m[:n, side] for side in (0, 1))
+        beyond_m = np.maximum(np.maximum(low_m - at_m, at_m - high_m), 0.0)
+        round_m = np.hypot(*np.abs(self.around_m[n]).max(axis=0))
+        top_m: float = self.work.tops_m[:n][np.hypot(*beyond_m.T) < round_m].max(initial=0.0)
+        return max(self.cell_m, top_m)
+
+
+def ways_on(
+    site: Site,
+    sequence: Sequence[Component],
+    work: LiftWork,
+    config: SiteConfig,
+    building: Building,
+) -> Ways:
+    """Return the ways of a site.
+
+    Args:
+        site: With the rules of the site file.
+        sequence: The parts in their sequence, also those that no crane lifts.
+        work: Those that cranes lift, with their rooms in the yard.
+        config: The site file, with the yard.
+        building: In the site frame.
+    """
+    components = [part for part in sequence if part.means is Means.CRANE]
+    cell_m, around = site.frame.voxel_size_m, around_m(components, site.frame.voxel_size_m)
+    clearance_m = margin_vox(site) * cell_m
+    frame, shape = site_extent(config, building)
+    low_m = np.array(frame.origin_m[:2])
+    lifts = np.cumsum([part.means is Means.CRANE for part in sequence]).tolist()
+    before = {part.id: n for part, n in zip(sequence, lifts, strict=True)}
+    others = [one for one in building.elements if _stands(one, {part.id for part in components})]
+    yard = shapely.union_all([shapely.Polygon(one) for one in config.areas.yard or ()])
+    bounds_m = np.array([one.mesh.bounds_m for one in others]).reshape(-1, 2, 3)
+    return Ways(
+        work,
+        Picks(yard.area, work.yard_m, work.rooms, taken_m2(site, components)),
+        around,
+        np.stack([low_m + clearance_m, low_m + np.array(shape[:2]) * cell_m - clearance_m]),
+        clearance_m,
+        clearance_m + whole_cells(site.rules.clearance_m, cell_m) * cell_m,
+        cell_m,
+        site.rules.swing is SwingRule.SHAPED,
+        site.rules.turn_s,
+        bounds_m[:, :, :2],
+        bounds_m[:, 1, 2],
+        np.array([before.get(one.id, 0) for one in others], np.int64),
+    )
+
+
+def _stands(element: Element, lifted: Collection[str]) -> bool:
+    """Return whether an element is in the way of loads, but not lifted itself."""
+    return element.role in BUILT and element.id not in lifted
+
+
+SAMPLES = 33
+"""Positions of a move that are looked at."""
+_DIAGONAL = 2.0**0.5
+
+
+class _Across(NamedTuple):
+    """A way across.
+
+    Attributes:
+        stops: Its stops.
+        tops_m: For each move between them, (33,) how high it is built where the load passes; empty if it is not free.
+    """
+
+    stops: Sequence[CranePose]
+    tops_m: Sequence[NDArray[np.float64]] = ()
+
+
+def _ways_across(
+    crane: TowerCrane, ends: tuple[CranePose, CranePose], ways: Ways, n: int, far_m: float
+) -> tuple[_Across, _Across | None]:
+    """Return the plainest of the plan's ways across for a load, and the first that is free, or None.
+
+    A free way is clear of mast and site boundary, and within the radius that the load may have.
+    """
+    start, end = ends[0], replace(ends[1], slew_rad=nearest_turn(ends[1].slew_rad, ends[0].slew_rad))
+    (low_x, low_y), (high_x, high_y) = ways.around_m[n].tolist()
+    mast_m = 0.5 * crane.mast_size_m + ways.mast_m + ways.cell_m
+    # The site reaches as far around a mast as around everything else.
+    edge_m = 0.5 * crane.mast_size_m + MARGIN_VOX * ways.cell_m
+    base_m = np.array(crane.base_m[:2])
+    (west, south), (east, north) = (
+        np.minimum(ways.bounds_m[0] - base_m, -edge_m) - 0.5 * ways.cell_m,
+        np.maximum(ways.bounds_m[1] - base_m, edge_m) + 0.5 * ways.cell_m,
+    )
+    share = np.linspace(0.0, 1.0, SAMPLES)
+    # Slewing passes columns whose middles lie further out.
+    most_m = far_m - _DIAGONAL * ways.cell_m
+
+    def tops_m(a: CranePose, b: CranePose) -> NDArray[np.float64] | None:
+        slew = a.slew_rad + share * (b.slew_rad - a.slew_rad)
+        radius = a.radius_m + share * (b.radius_m - a.radius_m)
+        if abs(slew[-1] - slew[0]) * radius.max() > 2.0 * ways.cell_m and radius[1:-1].max() > most_m:
+            return None
+        x, y = radius * np.cos(slew), radius * np.sin(slew)
+        if (x + low_x < west).any() or (x + high_x > east).any():
+            return None
+        if (y + low_y < south).any() or (y + high_y > north).any():
+            return None
+        hits = (x + low_x < mast_m) & (x + high_x > -mast_m) & (y + low_y < mast_m) & (y + high_y > -mast_m)
+        return None if hits.any() else ways.passed_m(n, base_m + np.column_stack([x, y]))
+
+    first: _Across | None = None
+    for stops in stops_across(start, end):
+        own = [*stops[:-1], replace(stops[-1], height_m=end.height_m)]
+        first = first or _Across(own)
+        found = []
+        for a, b in pairwise(own):
+            tops = tops_m(a, b)
+            if tops is None:
+                break
+            found.append(tops)
+        else:
+            return first, _Across(own, found)
+    assert first is not None
+    return first, None
+
 
 LIFTS, FEW_LIFTS = 48, 12
 """Lifts that are laid over time, and of a first look; of fewer parts each several times."""
@@ -98,18 +280,13 @@ def _over(targets: Axes, n: int, sling_m: float) -> CranePose:
 def _carry_s(crane: TowerCrane, ends: tuple[CranePose, CranePose], ways: Ways, n: int, far_m: float) -> float:
     """Return the time in which a load is carried from above the yard to its place.
 
-    Args:
-        crane: The crane with its load.
-        ends: Where it is raised to, and its place.
-        ways: The parts.
-        n: The part.
-        far_m: The largest radius that it may have.
+    ``ends``: where it is raised to, and its place; ``far_m``: the largest radius that it may have.
     """
     (raised, end), height_m = ends, float(ways.work.heights_m[n])
     hangs = Pendulum(crane.sling_m + 0.5 * height_m) if ways.swings else None
     clear_m, above_m = raised.height_m + ways.clearance_m, height_m + crane.sling_m + ways.clearance_m
     all_m = np.full(SAMPLES, float(ways.work.tops_m[: n + 1].max()))
-    plainest, free = ways_across(crane, ends, ways, n, far_m)
+    plainest, free = _ways_across(crane, ends, ways, n, far_m)
     carry_s = inf
     for across in (plainest,) if free is None else (free,) if free.stops == plainest.stops else (plainest, free):
         tops_m = across.tops_m or [all_m] * (len(across.stops) - 1)
@@ -125,11 +302,8 @@ def _way_s(
 ) -> float:
     """Return the time of a way from one pose over others to the last.
 
-    Args:
-        crane: The crane.
-        stops: The poses; those between the first and the last at any height.
-        needs_m: How high the hook must be along each move across.
-        pendulum: What hangs on the hook; None if its swing does not matter.
+    ``stops``: the poses; those between the first and the last at any height; ``needs_m``: how high the hook must be
+    along each move across; ``pendulum``: what hangs on the hook; None if its swing does not matter.
     """
     over_m = max(stops[0].height_m, stops[-1].height_m, *(float(need_m.max()) for need_m in needs_m))
     poses = [stops[0], *(replace(stop, height_m=over_m) for stop in stops), stops[-1]]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.env.actions import ACTION_COUNT, MOVES
-from bimvox.env.starts import random_below
+from bimvox.env.pool import random_below
 from bimvox.paper.env.draw import draw_layout
 from bimvox.paper.env.dynamics import assemble, is_complete, is_late, is_truncated, move, stand_up
 from bimvox.paper.env.layout import LayoutPool

@@ -13,8 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bimvox.env.actions import ACTION_COUNT, checked_actions
-from bimvox.env.names import named
+from bimvox.env.actions import ACTION_COUNT, checked_actions, named
 from bimvox.paper.env.batch_kernels import (
     BatchRules,
     BatchSites,

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.env.distance import distance_field
-from bimvox.env.starts import random_below
+from bimvox.env.pool import random_below
+from bimvox.env.problem import distance_field
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.paper.env.component import HUNG_LAYER, STORED_LAYER
 from bimvox.paper.env.dynamics import (

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.env.actions import MOVES
-from bimvox.env.distance import distance_field
 from bimvox.env.dynamics import NO_ACTION
+from bimvox.env.problem import distance_field
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.paper.env.component import HUNG_LAYER, STORED_LAYER
 from bimvox.paper.env.reward import PaperReward, earned

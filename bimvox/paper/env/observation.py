@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.env.names import named
+from bimvox.env.actions import named
 from bimvox.paper.env.dynamics import clearance_of
 from bimvox.paper.env.paper_map import CHANNELS, write_map
 from bimvox.paper.env.pyramid import OBSERVATION_SIZE, observe

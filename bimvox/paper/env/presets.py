@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from bimvox.env.names import named
+from bimvox.env.actions import named
 from bimvox.paper.env.component import Box, beam, column
 from bimvox.paper.env.spec import PaperSpec, RandomObstructions
 

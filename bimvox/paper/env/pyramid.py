@@ -5,8 +5,8 @@ The pyramid is a window of ``WINDOW`` cells around the component on each of four
 * scale 1: whether the component can be at each neighbouring placement, by the one collision rule
   (:func:`bimvox.site.collision.placement_is_free`): 0 free, 1 blocked;
 * scale s: one cell represents the block of placements s * (i, j, k) +- s/2, answered by
-  :func:`bimvox.env.block.swept_fill`. 0: every placement is free. 1: none is, or the hook is not allowed at the middle
-  one. In between: the filled share of the swept box, raised above ``PARTLY`` so that a thin wall shows.
+  :func:`bimvox.env.observation.swept_fill`. 0: every placement is free. 1: none is, or the hook is not allowed at
+  the middle one. In between: the filled share of the swept box, raised above ``PARTLY`` so that a thin wall shows.
 
 Its size depends neither on the site nor on the component, so one network serves every lift. It holds nothing of the
 distance field, which belongs to the teacher.
@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import leaf_kernel
 from bimvox.env.actions import ACTION_COUNT
-from bimvox.env.block import Corner, bounding_box, swept_fill
 from bimvox.env.dynamics import LiftState
-from bimvox.env.goal import GOAL_SIZE, write_goal
+from bimvox.env.observation import WAY_SIZE, Corner, bounding_box, swept_fill, write_goal
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
 WINDOW = (7, 7, 5)
@@ -34,7 +33,7 @@ PARTLY = 0.25
 """Least value of a coarse cell whose placements are neither all free nor all blocked."""
 
 WINDOW_SIZE = WINDOW[0] * WINDOW[1] * WINDOW[2]
-OBSERVATION_SIZE = WINDOW_SIZE * len(SCALES) + GOAL_SIZE + ACTION_COUNT
+OBSERVATION_SIZE = WINDOW_SIZE * len(SCALES) + WAY_SIZE + ACTION_COUNT
 
 
 @leaf_kernel
@@ -53,8 +52,8 @@ def observe(space: CollisionSpace, target: NDArray[np.int32], state: LiftState, 
                     else:
                         out[n] = _coarse_cell(space, low, high, (u, v, w), scale // 2)
                     n += 1
-    write_goal(target[0] - x, target[1] - y, target[2] - z, out[n : n + GOAL_SIZE])
-    n += GOAL_SIZE
+    write_goal(target[0] - x, target[1] - y, target[2] - z, out[n : n + WAY_SIZE])
+    n += WAY_SIZE
     for action in range(ACTION_COUNT):
         out[n + action] = 1.0 if state.last_action == action else 0.0
 

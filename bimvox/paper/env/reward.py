@@ -1,4 +1,4 @@
-"""The reward of an action: the formula of ``bimvox.env.reward``, with serial numbers as in the paper.
+"""The reward of an action: the formula of ``bimvox.env.dynamics``, with serial numbers as in the paper.
 
 Equation (1) of Zhu, Pauwels and de Vries (2021), r0 = -1: each step of component i costs r0 / S_i, twice that from its
 step limit on; the step that assembles it earns n S_i and costs nothing: "only when the agent completes the task, it can
@@ -10,14 +10,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from bimvox.compiled import leaf_kernel
-from bimvox.env.reward import REWARDS, RewardWeights, reward
+from bimvox.env.dynamics import REWARDS, RewardWeights, reward
 
 
 class PaperReward(NamedTuple):
     """A way to reward actions, as a tuple for kernels.
 
     Attributes:
-        weights: Coefficients of :func:`bimvox.env.reward.reward`.
+        weights: Coefficients of :func:`bimvox.env.dynamics.reward`.
         by_serial: Whether the step cost is divided by S_i, and an arrival earns n S_i alone.
     """
 

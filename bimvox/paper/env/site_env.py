@@ -12,10 +12,9 @@ import numpy as np
 from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
-from bimvox.env.actions import ACTION_COUNT, checked_action
-from bimvox.env.distance import distance_field
+from bimvox.env.actions import ACTION_COUNT, checked_action, known_options, named
 from bimvox.env.dynamics import NO_ACTION
-from bimvox.env.names import known_options, named
+from bimvox.env.problem import distance_field
 from bimvox.paper.env.ansi import ansi_picture
 from bimvox.paper.env.draw import draw_layout
 from bimvox.paper.env.dynamics import (

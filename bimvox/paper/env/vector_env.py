@@ -13,8 +13,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from bimvox.env.actions import ACTION_COUNT
-from bimvox.env.names import known_options
+from bimvox.env.actions import ACTION_COUNT, known_options
 from bimvox.paper.env.ansi import ansi_picture
 from bimvox.paper.env.batch_kernels import PaperStep
 from bimvox.paper.env.batched import BatchedPaperSite

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from bimvox.env.names import named
+from bimvox.env.actions import named
 from bimvox.paper.env.observation import OBSERVATIONS
 from bimvox.paper.env.reward import PAPER_REWARDS
 from bimvox.policy.config import DqnChoices, choices_from_dict

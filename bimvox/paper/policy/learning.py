@@ -14,8 +14,7 @@ from bimvox.paper.policy.config import PaperDqnConfig
 from bimvox.paper.policy.network import PaperPolicy, ValueNetwork
 from bimvox.paper.policy.symmetry import Images
 from bimvox.policy.dqn import BatchDqn, Trained
-from bimvox.policy.train_callback import TestsAtIntervals
-from bimvox.policy.vec_env import BatchVecEnv
+from bimvox.policy.vec_env import BatchVecEnv, TestsAtIntervals
 
 Tester = Callable[[ValueNetwork, int], bool]
 """Tests a network after so many steps, and returns whether training may stop."""

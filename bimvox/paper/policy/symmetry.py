@@ -16,7 +16,7 @@ import numpy as np
 import torch
 
 from bimvox.env.actions import ACTION_COUNT, MOVES
-from bimvox.env.goal import GOAL_SIZE
+from bimvox.env.observation import WAY_SIZE
 from bimvox.paper.env.pyramid import OBSERVATION_SIZE, SCALES, WINDOW, WINDOW_SIZE
 from bimvox.policy.replay import Transitions
 
@@ -37,7 +37,7 @@ class Images:
         sign = np.ones((IMAGES, OBSERVATION_SIZE), np.float32)
         action = np.zeros((IMAGES, ACTION_COUNT), np.int64)
         levels = np.arange(WINDOW_SIZE * len(SCALES)).reshape(len(SCALES), *WINDOW)
-        goal = np.arange(GOAL_SIZE).reshape(-1, 3) + levels.size
+        goal = np.arange(WAY_SIZE).reshape(-1, 3) + levels.size
         for g, (swap, mirror_x, mirror_y) in enumerate(itertools.product((False, True), repeat=3)):
             window, way, moves = levels, goal, MOVES
             turns = np.ones(3, np.float32)
@@ -50,9 +50,9 @@ class Images:
             image = [MOVES.tolist().index((move * turns.astype(np.int32)).tolist()) for move in moves]
             action[g] = image
             entry[g, : levels.size] = window.ravel()
-            entry[g, levels.size : levels.size + GOAL_SIZE] = way.ravel()
-            sign[g, levels.size : levels.size + GOAL_SIZE] = np.tile(turns, GOAL_SIZE // 3)
-            entry[g, levels.size + GOAL_SIZE :] = np.argsort(image) + levels.size + GOAL_SIZE
+            entry[g, levels.size : levels.size + WAY_SIZE] = way.ravel()
+            sign[g, levels.size : levels.size + WAY_SIZE] = np.tile(turns, WAY_SIZE // 3)
+            entry[g, levels.size + WAY_SIZE :] = np.argsort(image) + levels.size + WAY_SIZE
         self.entry, self.sign, self.action = (torch.from_numpy(table) for table in (entry, sign, action))
 
     def __call__(self, batch: Transitions, random: torch.Generator) -> Transitions:

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.kinematics import Axes
-from bimvox.crane.meeting import (
+from bimvox.crane.conflict import (
     COLUMNS,
     HOOK_HIGH,
     HOOK_LOW,
@@ -29,6 +28,7 @@ from bimvox.crane.meeting import (
     meet,
     numbers_of,
 )
+from bimvox.crane.kinematics import Axes
 from bimvox.crane.outline import outline_of
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site

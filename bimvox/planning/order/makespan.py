@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.crane.kinematics import Axes
-from bimvox.crane.rigging import hoist_limits
+from bimvox.crane.kinematics import Axes, hoist_limits
 from bimvox.crane.travel import Travel
 from bimvox.planning.order.apart import Apart, apart_of, waits_s
 from bimvox.planning.order.shared_order import at, pairs

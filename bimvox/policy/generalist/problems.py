@@ -1,22 +1,198 @@
-"""Random lifts on random sites, and the numbered lessons of the generalist among them."""
+"""Random lifts on random sites of five families, and the numbered lessons of the generalist among them.
+
+Every site has a ground slab in layer k = 0. Walls that reach the top of the site can only be bypassed at their ends.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.env.distance import distance_field
-from bimvox.env.problem import LiftProblem, plain_clearance
+from bimvox.env.problem import LiftProblem, distance_field, plain_clearance
 from bimvox.grid.summed_area import summed_area_table, top_of_columns
-from bimvox.policy.generalist.occupancies import FAMILIES
 from bimvox.site.collision import HOOK_FORBIDDEN, NOTHING_CLEARED, CollisionSpace, placement_is_free
 from bimvox.site.component import IntVec
 
-Boxes = NDArray[np.int32]
+_Occupancy = NDArray[np.bool_]
 
-STARTS = 96
+
+def boxes(rng: np.random.Generator, shape: IntVec) -> _Occupancy:
+    """Return boxes and free-standing walls, some of them hanging in the air."""
+    occupied = _ground(shape)
+    nx, ny, nz = shape
+    for _ in range(int(rng.integers(3, 26))):
+        size = [int(rng.integers(1, max(2, n // 4))) for n in (nx, ny)]
+        height = int(rng.integers(1, nz))
+        if rng.random() < 0.4:
+            size[int(rng.integers(2))] = int(rng.integers(1, 3))  # a wall
+            size[int(rng.integers(2))] += int(rng.integers(0, max(nx, ny) // 3))
+        x, y = int(rng.integers(0, nx)), int(rng.integers(0, ny))
+        foot = 1 if rng.random() < 0.8 else int(rng.integers(1, nz))
+        occupied[x : x + size[0], y : y + size[1], foot : foot + height] = True
+    return occupied
+
+
+def courtyards(rng: np.random.Generator, shape: IntVec) -> _Occupancy:
+    """Return courts within walls that have gaps, or corridors between parallel walls that leave a gap at one end."""
+    occupied = _ground(shape)
+    nx, ny, nz = shape
+    if rng.random() < 0.5:
+        for _ in range(int(rng.integers(1, 5))):
+            width, depth = int(rng.integers(6, max(7, 2 * nx // 3))), int(rng.integers(6, max(7, 2 * ny // 3)))
+            x, y = int(rng.integers(0, max(1, nx - width))), int(rng.integers(0, max(1, ny - depth)))
+            _ring(rng, occupied, x, y, width, depth, _height(rng, nz))
+    else:
+        along = int(rng.integers(2))
+        view = occupied if along == 0 else occupied.swapaxes(0, 1)
+        length, across = view.shape[:2]
+        step = int(rng.integers(5, max(6, length // 2)))
+        top = _height(rng, nz)
+        last = bool(rng.integers(2))
+        for x in range(int(rng.integers(3, step + 1)), length - 2, step):
+            gap = int(rng.integers(3, max(4, across // 3)))
+            view[x : x + int(rng.integers(1, 3)), :, 1:top] = True
+            where = int(rng.integers(0, across - gap)) if rng.random() < 0.3 else (0 if last else across - gap)
+            view[x : x + 2, where : where + gap, 1:] = False
+            last = not last
+    return _littered(rng, occupied, 4)
+
+
+def traps(rng: np.random.Generator, shape: IntVec) -> _Occupancy:
+    """Return a few U-shaped traps, open to one side, high or roofed, among some litter."""
+    occupied = _ground(shape)
+    nx, ny, nz = shape
+    for _ in range(int(rng.integers(1, 4))):
+        width, depth = int(rng.integers(5, max(6, 2 * nx // 3))), int(rng.integers(5, max(6, 2 * ny // 3)))
+        x, y = int(rng.integers(0, nx - width + 1)), int(rng.integers(0, ny - depth + 1))
+        court = occupied[x : x + width, y : y + depth]
+        u_trap(court, _height(rng, nz), opens=int(rng.integers(4)), roof=bool(rng.random() < 0.3))
+    return _littered(rng, occupied, 3)
+
+
+def slabs(rng: np.random.Generator, shape: IntVec) -> _Occupancy:
+    """Return storeys: slabs with holes, some with walls between them."""
+    occupied = _ground(shape)
+    nx, ny, nz = shape
+    storey = int(rng.integers(4, max(5, nz)))
+    x0, y0 = int(rng.integers(0, nx // 4 + 1)), int(rng.integers(0, ny // 4 + 1))
+    x1, y1 = nx - int(rng.integers(0, nx // 4 + 1)), ny - int(rng.integers(0, ny // 4 + 1))
+    whole = rng.random() < 0.4
+    if whole:
+        x0, y0, x1, y1 = 0, 0, nx, ny
+    for z in range(storey, nz - 2, storey):
+        occupied[x0:x1, y0:y1, z] = True
+        for _ in range(int(rng.integers(1, 4))):
+            a, b = int(rng.integers(3, max(4, (x1 - x0) // 2))), int(rng.integers(3, max(4, (y1 - y0) // 2)))
+            x, y = int(rng.integers(x0, max(x0 + 1, x1 - a))), int(rng.integers(y0, max(y0 + 1, y1 - b)))
+            occupied[x : x + a, y : y + b, z] = False
+        if rng.random() < 0.4:
+            x = int(rng.integers(x0, x1))
+            occupied[x, y0:y1, z - storey + 1 : z] = True
+            y = int(rng.integers(y0, max(y0 + 1, y1 - 4)))
+            occupied[x, y : y + 4, z - storey + 1 : z] = False
+    return _littered(rng, occupied, 5)
+
+
+def frames(rng: np.random.Generator, shape: IntVec) -> _Occupancy:
+    """Return a partly built frame of columns, beams and slab strips, with stock next to it."""
+    occupied = _ground(shape)
+    nx, ny, nz = shape
+    bay_x, bay_y = int(rng.integers(4, max(5, nx // 3))), int(rng.integers(4, max(5, ny // 3)))
+    storey = int(rng.integers(4, max(5, nz - 1)))
+    thick = 1 if min(nx, ny) < 40 else int(rng.integers(1, 3))
+    x0, y0 = int(rng.integers(1, nx // 3 + 1)), int(rng.integers(1, ny // 3 + 1))
+    columns_x, columns_y = range(x0, nx - thick, bay_x), range(y0, ny - thick, bay_y)
+    levels = list(range(1, nz - storey, storey)) or [1]
+    parts: list[tuple[slice, slice, slice]] = []
+    for level in levels:
+        head = min(nz, level + storey - 2)
+        parts += [(slice(x, x + thick), slice(y, y + thick), slice(level, head)) for x in columns_x for y in columns_y]
+        beams = [
+            (slice(x, x + bay_x), slice(y, y + thick), slice(head, head + 1)) for x in columns_x for y in columns_y
+        ]
+        beams += [
+            (slice(x, x + thick), slice(y, y + bay_y), slice(head, head + 1)) for x in columns_x for y in columns_y
+        ]
+        parts += beams
+        parts += [
+            (slice(x, x + bay_x), slice(y, y + bay_y), slice(head + 1, head + 2))
+            for x in columns_x
+            for y in columns_y
+            if rng.random() < 0.8
+        ]
+    done = int(rng.integers(1, len(parts) + 1))
+    for part in parts[:done]:
+        occupied[part] = True
+    return _littered(rng, occupied, 6)
+
+
+FAMILIES: dict[str, Callable[[np.random.Generator, IntVec], _Occupancy]] = {
+    "boxes": boxes,
+    "courtyards": courtyards,
+    "traps": traps,
+    "slabs": slabs,
+    "frames": frames,
+}
+"""Families by name; their order is part of the seeds."""
+
+
+def u_trap(court: _Occupancy, top: int, *, opens: int, roof: bool) -> None:
+    """Write a U-shaped trap: a ring of walls without one side.
+
+    Args:
+        court: Part of an occupancy that the trap fills, overwritten.
+        top: One above the highest cell of the walls.
+        opens: The open side: 0 -x, 1 +x, 2 -y, 3 +y.
+        roof: Whether the trap has a roof.
+    """
+    sides = [court[:1], court[-1:], court[:, :1], court[:, -1:]]
+    for number, side in enumerate(sides):
+        if number != opens:
+            side[..., 1:top] = True
+    if roof:
+        court[..., top - 1 : top] = True
+
+
+def _ground(shape: IntVec) -> _Occupancy:
+    occupied = np.zeros(shape, np.bool_)
+    occupied[:, :, 0] = True
+    return occupied
+
+
+def _height(rng: np.random.Generator, nz: int) -> int:
+    """Return one above the top of a wall; in half of the cases the site's height."""
+    return nz if rng.random() < 0.5 else int(rng.integers(2, nz + 1))
+
+
+def _ring(rng: np.random.Generator, occupied: _Occupancy, x: int, y: int, width: int, depth: int, top: int) -> None:
+    """Write four walls with one to three gaps."""
+    court = occupied[x : x + width, y : y + depth]
+    walls = [court[:1], court[-1:], court[:, :1].swapaxes(0, 1), court[:, -1:].swapaxes(0, 1)]
+    for wall in walls:
+        wall[..., 1:top] = True
+    for number in rng.permutation(4)[: int(rng.integers(1, 4))]:
+        wall = walls[number]
+        gap = int(rng.integers(2, max(3, wall.shape[1] // 2)))
+        where = int(rng.integers(0, max(1, wall.shape[1] - gap)))
+        wall[:, where : where + gap, 1:] = False
+
+
+def _littered(rng: np.random.Generator, occupied: _Occupancy, most: int) -> _Occupancy:
+    """Add small boxes on the ground."""
+    nx, ny, nz = occupied.shape
+    for _ in range(int(rng.integers(0, most + 1))):
+        x, y = int(rng.integers(0, nx)), int(rng.integers(0, ny))
+        a, b, c = int(rng.integers(1, max(2, nx // 8))), int(rng.integers(1, max(2, ny // 8))), int(rng.integers(1, 4))
+        occupied[x : x + a, y : y + b, 1 : 1 + min(c, nz - 2)] = True
+    return occupied
+
+
+_Boxes = NDArray[np.int32]
+
+_STARTS = 96
 """Transit starts kept per training problem."""
 
 LEAST_MOVES = 4
@@ -28,7 +204,7 @@ LESSON_DOMAIN, HELD_OUT_DOMAIN, VALIDATION_DOMAIN = 1, 2, 3
 """First number of every seed: lessons, held-out suite and checks never share one."""
 
 SMALLEST: IntVec = (15, 15, 6)
-LESSON_SIZES: tuple[tuple[IntVec, int], ...] = (((40, 40, 16), 3), ((96, 96, 32), 5), ((160, 160, 48), 2))
+_LESSON_SIZES: tuple[tuple[IntVec, int], ...] = (((40, 40, 16), 3), ((96, 96, 32), 5), ((160, 160, 48), 2))
 """Largest site, and how many lessons in ten are drawn up to that size."""
 
 
@@ -39,7 +215,7 @@ def random_shape(rng: np.random.Generator, smallest: IntVec, largest: IntVec) ->
     return (x, y, z)
 
 
-def random_boxes(rng: np.random.Generator, shape: IntVec) -> Boxes:
+def random_boxes(rng: np.random.Generator, shape: IntVec) -> _Boxes:
     """Return the boxes of a component: a cell, a column, a beam, a slab, or an L, (B, 6) int32."""
     nx, ny, nz = shape
     longest = max(2, min(nx, ny) // 4)
@@ -67,7 +243,7 @@ def random_boxes(rng: np.random.Generator, shape: IntVec) -> Boxes:
 
 
 def clearance_on(
-    occupied: NDArray[np.bool_], boxes: Boxes, *, rope: bool, jib_vox: tuple[float, float, float] | None = None
+    occupied: NDArray[np.bool_], boxes: _Boxes, *, rope: bool, jib_vox: tuple[float, float, float] | None = None
 ) -> CollisionSpace:
     """Return the collision rule for a component hung by the middle of its top.
 
@@ -98,7 +274,7 @@ def random_clearance(rng: np.random.Generator, family: str, shape: IntVec) -> Co
     return clearance_on(occupied, boxes, rope=bool(rng.random() < 0.5), jib_vox=jib)
 
 
-def random_lift(rng: np.random.Generator, space: CollisionSpace, starts: int = STARTS) -> LiftProblem | None:
+def _random_lift(rng: np.random.Generator, space: CollisionSpace, starts: int = _STARTS) -> LiftProblem | None:
     """Return a lift with a target reachable from much of the site. None if no random target is.
 
     Two thirds of the targets and half of the starts are lowered as far as the component can go. Half of the starts need
@@ -150,7 +326,7 @@ def random_problem(seed: tuple[int, ...], family: str, smallest: IntVec, largest
     rng = np.random.default_rng((*seed, list(FAMILIES).index(family)))
     while True:
         space = random_clearance(rng, family, random_shape(rng, smallest, largest))
-        problem = random_lift(rng, space)
+        problem = _random_lift(rng, space)
         if problem is not None:
             return problem
 
@@ -158,7 +334,7 @@ def random_problem(seed: tuple[int, ...], family: str, smallest: IntVec, largest
 def lesson(number: int, domain: int = LESSON_DOMAIN) -> LiftProblem:
     """Return the problem of a number, which determines family, size and seed."""
     names = list(FAMILIES)
-    sizes = [largest for largest, tenths in LESSON_SIZES for _ in range(tenths)]
+    sizes = [largest for largest, tenths in _LESSON_SIZES for _ in range(tenths)]
     largest = sizes[number // len(names) % len(sizes)]
     return random_problem((domain, number), names[number % len(names)], SMALLEST, largest)
 

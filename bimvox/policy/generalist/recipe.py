@@ -13,16 +13,16 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.dynamics import StepLimit
+from bimvox.env.pool import StartMix
 from bimvox.env.problem import LiftProblem
-from bimvox.env.starts import StartMix
 from bimvox.planning.rollout import Values
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.dqn import dqn_of_lifts, load_network, network_of
-from bimvox.policy.evaluate import TEST_LIMIT, Evaluation, evaluate
-from bimvox.policy.generalist.occupancies import FAMILIES
+from bimvox.policy.generalist.problems import FAMILIES
 from bimvox.policy.network import QNetwork
+from bimvox.policy.train import TEST_LIMIT, Evaluation, evaluate
 
-SEED = 0
+_SEED = 0
 LESSON_COUNT = 16_000
 BUILDING_LIFTS = 800
 CHECK_COUNT = 500
@@ -114,7 +114,7 @@ class Run:
         half: Whether to multiply in bfloat16.
     """
 
-    seed: int = SEED
+    seed: int = _SEED
     steps: int = STEPS
     seconds: float | None = None
     device: str = "cpu"
@@ -161,7 +161,7 @@ def train_generalist(
 
     def check(steps_done: int) -> None:
         network = network_of(dqn)
-        found = evaluate_in_parallel(network, checks, run.threads)
+        found = _evaluate_in_parallel(network, checks, run.threads)
         by_family = tuple(float(found.arrived[n::families].mean()) for n in range(families))
         if report is not None:
             report(Check(steps_done, found.success_rate, found.length_ratio, by_family), network)
@@ -175,7 +175,7 @@ def train_generalist(
     return network_of(dqn)
 
 
-def evaluate_in_parallel(values: Values, problems: Sequence[LiftProblem], threads: int = 1) -> Evaluation:
+def _evaluate_in_parallel(values: Values, problems: Sequence[LiftProblem], threads: int = 1) -> Evaluation:
     """Return the roll-outs of a policy on each problem from its first start, on several threads."""
     single = [
         LiftProblem(p.space, p.start_vox, p.target_vox, np.array([p.start_vox], np.int32), p.distance) for p in problems

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.records.guide import Guide
+from bimvox.records.lift import Guide
 
 _MOST = 4096
 

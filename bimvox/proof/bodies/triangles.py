@@ -22,8 +22,7 @@ from bimvox.proof.bodies.guided_poses import boxes_along, poses_along
 from bimvox.proof.bodies.overlap import overlaps_m
 from bimvox.proof.bodies.solid import FINEST_M, Solid, solid_of
 from bimvox.proof.bodies.turned import turned
-from bimvox.records.guide import Guide, swept_box_m
-from bimvox.records.lift import LiftPlan, ModelledClash
+from bimvox.records.lift import Guide, LiftPlan, ModelledClash, swept_box_m
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
 

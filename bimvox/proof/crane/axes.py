@@ -13,9 +13,8 @@ from bimvox.crane.kinematics import hook_of, joint_limits, joint_names, joints_o
 from bimvox.crane.reach import LUFFING_HOOK_ROOM_M
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
-from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.motion import LiftMotion, PhaseName, Trajectory
 from bimvox.records.proof import Check
-from bimvox.records.trajectory import Trajectory
 
 _OVER_LIMIT = 1e-3
 """Share by which a rate, acceleration or jerk may exceed its limit: times are rounded to nanoseconds."""

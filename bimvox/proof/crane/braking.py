@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.tower_crane import AxisLimits
 
 _HALVINGS = 60
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.records.motion import Trajectory
 from bimvox.records.proof import Check
-from bimvox.records.trajectory import Trajectory
 from bimvox.units import mass_text
 
 

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.luffing import LuffingJib
-from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.tower_crane import LuffingJib, TowerCrane
 from bimvox.proof.moment import Thing
 from bimvox.proof.space import way_of
 from bimvox.records.proof import Check

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from bimvox.crane.identity import identity
 from bimvox.crane.kinematics import hook_of
-from bimvox.crane.luffing import LuffingJib, luff_of_radius
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.machine import identity
+from bimvox.crane.tower_crane import CranePose, LuffingJib, TowerCrane, luff_of_radius
 from bimvox.records.declared import LATER, Count, Maybe, Record, Several
 from bimvox.rendering.page.geometry import COLOUR, NUMBERS, Blob
 from bimvox.rendering.pictures.cranes import CraneParts, crane_parts

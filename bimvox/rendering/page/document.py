@@ -12,8 +12,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.grid.boxes import boxes_of
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
+from bimvox.grid.summed_area import boxes_of
 from bimvox.records.dates import PlanDates
 from bimvox.records.declared import LATER, Count, Maybe, Record, Several
 from bimvox.records.lift import Lift, Status, by_change

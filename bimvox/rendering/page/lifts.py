@@ -10,12 +10,11 @@ import numpy as np
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg, utilisation
 from bimvox.records.declared import LATER, Count, Maybe, Number, Record, Several
-from bimvox.records.heading import heading_in_words
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.motion import LiftMotion
-from bimvox.records.other_means import needed_by_ns
 from bimvox.records.proof import Verification
-from bimvox.records.steps import Step
+from bimvox.records.steps import Step, needed_by_ns
+from bimvox.records.track import heading_in_words
 from bimvox.rendering.page.geometry import rounded
 from bimvox.rendering.page.source import Revision
 from bimvox.site.component import Component

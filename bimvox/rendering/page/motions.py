@@ -12,10 +12,9 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.tipping import from_box_to_origin_m
 from bimvox.records.declared import LATER, Count, Maybe, Record
-from bimvox.records.guide import Guide
-from bimvox.records.heading import headings_off_rad
+from bimvox.records.lift import Guide
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.records.track import LoadTrack
+from bimvox.records.track import LoadTrack, headings_off_rad
 from bimvox.rendering.page.geometry import NUMBERS, Blob, rounded
 from bimvox.site.component import StoredPose
 from bimvox.site.config.validation import Point2, Point3

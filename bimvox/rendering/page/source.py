@@ -10,10 +10,8 @@ from bimvox.motion.steps import steps_of_log
 from bimvox.records.dates import PlanDates
 from bimvox.records.lift import Lift, LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
-from bimvox.records.other_means import by_other_means, proven_in_words
-from bimvox.records.proof import Verification
-from bimvox.records.remark import Remark, Severity, are_clean, in_words
-from bimvox.records.steps import Steps
+from bimvox.records.proof import Remark, Severity, Verification, are_clean, in_words
+from bimvox.records.steps import Steps, by_other_means, proven_in_words
 from bimvox.records.track import LoadTrack
 from bimvox.remarks.conditions import conditions_of
 from bimvox.rendering.words import counted

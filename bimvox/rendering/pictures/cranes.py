@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bimvox.crane.luffing import LuffingJib, luff_of_radius, tip_height_m
 from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m, tower_head_m
-from bimvox.crane.tower_crane import CranePose, TowerCrane
+from bimvox.crane.tower_crane import CranePose, LuffingJib, TowerCrane, luff_of_radius, tip_height_m
 from bimvox.records.motion import LiftMotion
 from bimvox.rendering.colours import CONCRETE, CRANE, CRANE_EDGE, ROPE
 from bimvox.rendering.pictures.scene import Block, Layer, Strokes

@@ -72,7 +72,7 @@ def picture_of(scene: Scene, options: PictureOptions | None = None, camera: Came
         InputError: If the scene is empty.
     """
     options = options or PictureOptions()
-    scene = _coarsened(scene)
+    scene = coarsened(scene)
     camera = camera or camera_of(scene, options)
     samples = options.samples
     fine = camera.scaled(samples)
@@ -98,7 +98,7 @@ def solids_seen(scene: Scene, options: PictureOptions) -> NDArray[np.uint32]:
     Raises:
         InputError: If the scene is empty.
     """
-    scene = _coarsened(scene)
+    scene = coarsened(scene)
     camera = camera_of(scene, options).scaled(options.samples)
     return cast(scene.solids, scene.frame, camera, light_for(options.view), options.samples, lines=0.0).solid
 
@@ -214,7 +214,7 @@ _CELL_LIMIT = 60_000_000
 _EDGE_LIMIT = 1600
 
 
-def _coarsened(scene: Scene) -> Scene:
+def coarsened(scene: Scene) -> Scene:
     """Return the scene with cells joined 2 x 2 x 2, repeatedly, until it is drawn in seconds."""
     while scene.solids.size > _CELL_LIMIT or max(scene.solids.shape) > _EDGE_LIMIT:
         frame = GridFrame(scene.frame.origin_m, 2.0 * scene.frame.voxel_size_m)

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from bimvox.crane.tower_crane import CranePose
 from bimvox.errors import InputError
 from bimvox.motion.swept import cells_of_axes, load_frame
-from bimvox.records.heading import headings_off_rad
 from bimvox.records.lift import NOT_LIFTED, Lift, Status
 from bimvox.records.motion import LiftMotion
+from bimvox.records.track import headings_off_rad
 from bimvox.rendering.colours import (
     ARRIVED,
     ASSEMBLED,

@@ -9,8 +9,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.grid.frame import GridFrame
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import GridFrame, Label
 from bimvox.grid.voxel_grid import Part, VoxelGrid
 from bimvox.planning.yard import storage_poses
 from bimvox.records.lift import Lift

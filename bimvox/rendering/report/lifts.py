@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from bimvox.records.remark import Severity
+from bimvox.records.proof import Severity
 from bimvox.rendering.report.html import number, row, table, tag
 from bimvox.rendering.report.words import METHODS, fixed, named, span, tonnes
 from bimvox.rendering.words import PHASES, escape

@@ -12,7 +12,7 @@ from importlib.resources import files
 from typing import Any
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.records.remark import Severity
+from bimvox.records.proof import Severity
 from bimvox.rendering.page.page import source_hash
 from bimvox.rendering.report import sections
 from bimvox.rendering.report.drawings import drawings, yard_drawings

@@ -8,18 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.identity import identity
+from bimvox.crane.machine import identity
 from bimvox.crane.outline import outline_of
-from bimvox.crane.tower_crane import TowerCrane
-from bimvox.grid.labels import Label
+from bimvox.crane.tower_crane import AxisLimits, TowerCrane
+from bimvox.grid.frame import Label
 from bimvox.motion.figures import driven_rates, hook_travel_m
 from bimvox.records.dates import PlanDates, in_words
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.records.not_lifted import not_lifted_groups
-from bimvox.records.steps import Steps
-from bimvox.remarks.carrying import least_height_m
+from bimvox.records.steps import Steps, not_lifted_groups
+from bimvox.remarks.cranes import least_height_m
 from bimvox.remarks.subject import Subject
 from bimvox.rendering.page.lifts import lift_record, proof_record, remark_records
 from bimvox.rendering.page.source import Revision

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from shapely.geometry.base import BaseGeometry
 
 from bimvox.crane.outline import outline_of
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
 from bimvox.proof.racks import frames_of
 from bimvox.records.lift import Status
 from bimvox.records.track import LoadTrack

@@ -9,9 +9,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from bimvox.crane.axis_limits import AxisLimits
 from bimvox.crane.load_chart import LoadChart
-from bimvox.crane.working_range import WorkingRange
+from bimvox.crane.tower_crane import AxisLimits, WorkingRange
 from bimvox.site.config.validation import (
     NotNegative,
     Number,

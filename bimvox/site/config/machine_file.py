@@ -9,11 +9,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from bimvox.crane.axis_limits import AxisLimits
-from bimvox.crane.luffing import LuffingJib
+from bimvox.crane.kinematics import with_luffing_jib, with_reeving
 from bimvox.crane.machine import Machine
-from bimvox.crane.rigging import with_luffing_jib, with_reeving
-from bimvox.crane.tower_crane import Reeving, TowerCrane
+from bimvox.crane.tower_crane import AxisLimits, LuffingJib, Reeving, TowerCrane
 from bimvox.errors import ConfigError, InputError
 from bimvox.site.config.crane import LuffAxisConfig, ReevingConfig, SlewingConfig, TravelConfig, chart_of
 from bimvox.site.config.validation import NotNegative, Number, Positive, Table, Text, in_radians, table_of

@@ -19,6 +19,7 @@ from bimvox.site.config.site_config import (
     AreasConfig,
     ComponentConfig,
     KindConfig,
+    ModelConfig,
     Polygon,
     SiteConfig,
     ZoneConfig,
@@ -159,6 +160,16 @@ def _kind_line(row: KindRow) -> str:
     others = f" (the line selects {row.selects - row.count:,} more)" if row.selects > row.count else ""
     said = f"{unsure}{row.count:,} part{'s' * (row.count != 1)}{others}{mass}: {row.why}"
     return f"{{ {', '.join(values)} }},  # {_one_line(said)}"
+
+
+def precast_line(model: ModelConfig, rows: Sequence[KindRow]) -> str:
+    """Return a site file in one line that lifts concrete of unknown make as precast; empty if there is none."""
+    wanted = [row for row in rows if row.means == "crane" and row.kind in (Kind.CONCRETE, Kind.OTHER)]
+    kinds = (f"{{ select = {_literal(row.select)}, kind = {_value(Kind.PRECAST.value)} }}" for row in wanted)
+    given = model.model_dump(mode="json", exclude_defaults=True, exclude_none=True, exclude={"kinds"})
+    given["path"] = model.path.as_posix()
+    said = ", ".join(f"{key} = {_value(value)}" for key, value in given.items())
+    return f"model = {{ {said}, kinds = [{', '.join(kinds)}] }}" if wanted else ""
 
 
 def _literal(text: str) -> str:

@@ -31,7 +31,7 @@ from bimvox.site.obstructions.obstruction_set import (
 from bimvox.site.obstructions.plain import END_INDEX, LEAST_INDEX, LONGEST_ID, PLAIN, is_reserved, plain_or_table
 from bimvox.site.obstructions.point_file import read_points
 from bimvox.site.obstructions.rows import Gathered
-from bimvox.uncollected import uncollected
+from bimvox.undisturbed import uncollected
 from bimvox.units import metres_per
 
 ReadMesh = Callable[[Path, str], TriangleMesh]

@@ -168,7 +168,7 @@ def failed(run: Run, code: str, message: str, hint: str | None) -> dict[str, Any
 
 
 def _planned(run: Run, folder: Path) -> dict[str, Any]:
-    from bimvox.library.policy_wish import PolicyWish
+    from bimvox.library.arguments import PolicyWish
     from bimvox.progress import SilentProgress
     from bimvox_pipeline.plan import plan
 

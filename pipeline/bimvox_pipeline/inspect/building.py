@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bimvox.crane.identity import identity
+from bimvox.crane.machine import identity
 from bimvox.errors import FileError
 from bimvox.exporters.text import table
 from bimvox.files import check_output, write_atomically
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 def describe_building(building: Building) -> dict[str, Any]:
     """Return format, units, counts by class and storey, bounds, transforms and skipped products."""
-    from bimvox.voxelization.limits import cell_count, default_voxel_size_m
+    from bimvox.voxelization.lattice import cell_count, default_voxel_size_m
 
     source = building.source
     bounds_m = building.bounds_m

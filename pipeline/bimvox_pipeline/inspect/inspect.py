@@ -114,7 +114,7 @@ def _log(path: Path, progress: Progress) -> dict[str, Any]:
 
 
 def _obstructions(path: Path, progress: Progress) -> dict[str, Any]:
-    from bimvox.library.obstructions import as_written
+    from bimvox.library.site import as_written
 
     progress.stage("read")
     found = as_written(path)
@@ -185,7 +185,7 @@ def _describe_log(path: Path) -> dict[str, Any]:
 
 def _remarks(log: PlanLog) -> dict[str, int] | None:
     """Return the number of remarks by severity; None if the values of the plan make no sense."""
-    from bimvox.records.remark import counts_of
+    from bimvox.records.proof import counts_of
 
     return None if log.remarks is None else counts_of(log.remarks)
 

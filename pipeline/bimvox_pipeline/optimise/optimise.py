@@ -22,10 +22,9 @@ from bimvox.files import (
     write_together,
 )
 from bimvox.library.set_up_search.choose import search_set_ups
-from bimvox.library.set_up_search.front import front_of, proven_front, why_beaten, why_lost
 from bimvox.library.set_up_search.pairs import names_of_two
 from bimvox.library.set_up_search.search import Search
-from bimvox.library.set_up_search.set_up import Effort, Tried
+from bimvox.library.set_up_search.set_up import Effort, Tried, front_of, proven_front, why_beaten, why_lost
 from bimvox.progress import Progress
 from bimvox.rendering.report.drawing_file import drawing_file
 from bimvox.rendering.report.heat_map import HeatMap, heat_map

@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 
     from bimvox.log.mcap.reader import Contents
     from bimvox.log.plan_log import PlanLog
-    from bimvox.records.proof import Verification
-    from bimvox.records.remark import Remark
+    from bimvox.records.proof import Remark, Verification
     from bimvox.rendering.page.source import PageSource, Revision
 
 

@@ -239,7 +239,7 @@ def _voxelized(source: Path, voxel_size_m: float | None, progress: Progress) -> 
     from bimvox.bim.read import read_building
     from bimvox.library.building import say_notes
     from bimvox.voxelization.building import voxelize_building
-    from bimvox.voxelization.limits import default_voxel_size_m
+    from bimvox.voxelization.lattice import default_voxel_size_m
 
     progress.stage("read")
     building = read_building(source, None, progress.report)

@@ -115,12 +115,15 @@ class Studio:
         """Try a set-up."""
         return self.opened(asked.get("path")).tried(read_setup(asked.get("setup")))
 
-    def picture(self, asked: dict[str, Any]) -> bytes:
-        """Draw a set-up in 3-D."""
+    def picture(self, asked: dict[str, Any]) -> Response:
+        """Draw a set-up in 3-D; a header says where its ground is."""
         turn_deg = asked.get("turn_deg", 0)
         if not _is_number(turn_deg) or not abs(turn_deg) <= _MOST_DEG:
             raise InputError("turn_deg is an angle in degrees")
-        return self.opened(asked.get("path")).picture(read_setup(asked.get("setup")), float(turn_deg), _PICTURE_PX)
+        opened, wanted = self.opened(asked.get("path")), read_setup(asked.get("setup"))
+        png, ground = opened.picture(wanted, float(turn_deg), _PICTURE_PX)
+        where = json.dumps({"size": _PICTURE_PX, "corners": ground})
+        return Response(png, media_type="image/png", headers={"X-Bimvox-Ground": where})
 
     def save(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Save a set-up."""
@@ -302,8 +305,8 @@ def application(studio: Studio, port: int) -> ASGIApp:
     return _Guard(Starlette(routes=routes), studio.token, port)
 
 
-def _api(folder: Folder, answer: Callable[[dict[str, Any]], dict[str, Any] | bytes]) -> Callable[[Request], Any]:
-    """Return the endpoint of a function from a JSON object to a JSON object, or to a picture."""
+def _api(folder: Folder, answer: Callable[[dict[str, Any]], dict[str, Any] | Response]) -> Callable[[Request], Any]:
+    """Return the endpoint of a function from a JSON object to a JSON object, or to another answer."""
 
     async def endpoint(request: Request) -> Response:
         asked: Any = {}
@@ -325,8 +328,6 @@ def _api(folder: Folder, answer: Callable[[dict[str, Any]], dict[str, Any] | byt
             # What was refused goes back to who entered it.
             edit = {key: asked[key] for key in ("setup", "obstructions") if key in asked}
             return JSONResponse({**json.loads(bytes(made.body)), **edit}, HTTPStatus.CONFLICT)
-        if isinstance(made, bytes):
-            return Response(made, media_type="image/png")
         return made if isinstance(made, Response) else JSONResponse(made)
 
     return endpoint

@@ -24,7 +24,7 @@ from bimvox.files import read_input
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.site import built_site
 from bimvox.progress import SilentProgress
-from bimvox.rendering.pictures.picture import PictureOptions, png_of
+from bimvox.rendering.pictures.picture import PictureOptions, camera_of, coarsened, png_of
 from bimvox.rendering.pictures.site import scene_of_site, view_of_site
 from bimvox.site.catalogue import catalogue
 from bimvox.site.config.file import load_site_config, read_site_file
@@ -134,8 +134,11 @@ class Opened(PlacedSite):
                 lifts[[crane != entry.crane for crane in names], self._rows[name]] = False
         return _tried(self.trial.of(config, cranes, lifts), list(self._rows), config, cranes)
 
-    def picture(self, wanted: Setup, turn_deg: float, size_px: tuple[int, int]) -> bytes:
-        """Return a picture (PNG) of a set-up: the finished building, the cranes, the areas.
+    def picture(self, wanted: Setup, turn_deg: float, size_px: tuple[int, int]) -> tuple[bytes, list[list[float]]]:
+        """Return a picture (PNG) of a set-up: the finished building, the cranes, the areas; and where its ground is.
+
+        The second are the corners of the construction area at the height of the ground, and what a metre up moves
+        them: x, y, dx, dy in pixels.
 
         Args:
             wanted: The set-up.
@@ -145,9 +148,14 @@ class Opened(PlacedSite):
         Raises:
             InputError: If the set-up is impossible.
         """
-        site = built_site(self.with_setup(wanted), self.building, {}, SilentProgress()).site
+        config = self.with_setup(wanted)
+        site = built_site(config, self.building, {}, SilentProgress()).site
         view = view_of_site(site, view_of_site(site).azimuth_deg + turn_deg)
-        return png_of(scene_of_site(site), PictureOptions(size_px=size_px, view=view))
+        scene, options = scene_of_site(site), PictureOptions(size_px=size_px, view=view)
+        corners_m = np.array([(x, y, 0.0) for x, y in config.areas.construction or ()]).reshape(-1, 3)
+        camera = camera_of(coarsened(scene), options)
+        at_px, above_px = (camera.project(corners_m + np.array([0.0, 0.0, up_m]))[:, :2] for up_m in (0.0, 1.0))
+        return png_of(scene, options), np.hstack([at_px, above_px - at_px]).round(2).tolist()
 
     def document(self, relative: str) -> dict[str, Any]:
         """Return everything that the page shows of the site, as JSON."""

@@ -9,8 +9,8 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from bimvox.bim.kinds.kind import Kind
-from bimvox.crane.fit import standing
 from bimvox.crane.machine import carries_most
+from bimvox.crane.reach import standing
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
 from bimvox.site.config.crane import CraneConfig, LuffingConfig

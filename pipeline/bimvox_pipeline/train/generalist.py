@@ -57,10 +57,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _train(chosen: argparse.Namespace) -> None:
-    from bimvox.policy.device import device_named
+    from bimvox.policy.dqn import device_named
     from bimvox.policy.generalist import recipe
-    from bimvox.policy.generalist.occupancies import FAMILIES
-    from bimvox.policy.generalist.problems import VALIDATION_DOMAIN, lessons
+    from bimvox.policy.generalist.problems import FAMILIES, VALIDATION_DOMAIN, lessons
     from bimvox.policy.generalist.stages import building_lifts, load_stages
     from bimvox.policy.generalist.weights import generalist_record, load_generalist, save_generalist
 
@@ -162,7 +161,7 @@ def stages_of(models: tuple[tuple[str, float], ...], folder: Path = _SAMPLES) ->
 def _stages(model: Path, voxel_size_m: float) -> list[BuildingStage]:
     from bimvox.library.site import load_site
     from bimvox.planning.assembly import Assembly
-    from bimvox.planning.preparation import prepare
+    from bimvox.planning.order_search import prepare
     from bimvox.planning.stage import Stage
     from bimvox.policy.generalist.stages import BuildingStage
     from bimvox_pipeline.site import init

@@ -16,8 +16,8 @@ from bimvox.policy.choice import DEFAULT_START, DEFAULT_STEPS, PolicyRequest, ch
 from bimvox.progress import Progress
 
 if TYPE_CHECKING:
+    from bimvox.policy.manifest import CurvePoint
     from bimvox.policy.tensorboard import TensorBoard
-    from bimvox.policy.trained import CurvePoint
 
 
 def train(

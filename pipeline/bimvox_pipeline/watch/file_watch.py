@@ -21,8 +21,7 @@ from pathlib import Path
 
 from bimvox.errors import FileError
 from bimvox.files import read_input, reason_of, require_regular, status_of
-from bimvox.library.obstructions import load_obstructions, obstructed
-from bimvox.library.site import LoadedSite, attached_as
+from bimvox.library.site import LoadedSite, attached_as, load_obstructions, obstructed
 from bimvox.progress import Progress
 from bimvox.site.obstructions.obstruction_set import EMPTY, ObstructionSet
 from bimvox.site.site import Site

@@ -17,8 +17,8 @@ from bimvox.log.segments import FIRST_PLAN, NOW_NS, REPLAN_EVENT, first_plan_of,
 from bimvox.policy.choice import PolicyInUse
 from bimvox.records.lift import LiftPlan, Method, by_change
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.records.remark import Severity
-from bimvox.remarks.outside import none_inside
+from bimvox.records.proof import Severity
+from bimvox.remarks.rules import none_inside
 from bimvox.revision.current_plan import CurrentPlan, RevisionPart, current_plan_of
 from bimvox.site.site import Site
 from bimvox.stop.brake_axes import STOP_EVENT

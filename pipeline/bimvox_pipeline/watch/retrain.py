@@ -20,10 +20,10 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 
 from bimvox.errors import PolicyError
-from bimvox.library.obstructions import rasterise
+from bimvox.library.site import rasterise
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import write_log
-from bimvox.motion.time_plan import LiftTimes
+from bimvox.motion.time_plan import KnownLegs, MotionMaking
 from bimvox.motion.trajectories import chained
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.propose import Propose
@@ -35,13 +35,13 @@ from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.revision.current_plan import CurrentPlan, RevisionPart
-from bimvox.revision.request import RevisionRequest
+from bimvox.revision.current_plan import CurrentPlan, RevisionPart, RevisionRequest
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions.obstruction_set import Obstruction, ObstructionSet, Voxels
 from bimvox.site.site import Site
 from bimvox.undisturbed import undisturbed
+from bimvox.walk import Store
 from bimvox.workers import Workers
 
 _NICE = 10
@@ -188,7 +188,8 @@ def warm_workers(plan: LiftPlan, preparation: Preparation, workers: Workers) -> 
         return
     few = replace(plan, lifts=tuple(lift for lift in plan.lifts if lift.order in orders))
     others = tuple(lift for lift in plan.lifts if lift.order not in orders)
-    found = LiftTimes(plan.site, preparation, plan.lifts).shared(orders, workers)
+    making = MotionMaking(plan.site, preparation, plan.lifts)
+    found = making.found([KnownLegs(order) for order in orders], Store(), workers)
     motions = chained([motion for motion in found if isinstance(motion, LiftMotion)])
     verify_plan(few, others, workers=workers)
     verify_motions(few, motions, others, workers=workers)

@@ -15,8 +15,7 @@ from bimvox.log.recorder import write_log
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.propose import Propose
 from bimvox.records.lift import LiftPlan
-from bimvox.revision.current_plan import RetrainedPolicy, RevisionPart
-from bimvox.revision.request import RevisionRequest
+from bimvox.revision.current_plan import RetrainedPolicy, RevisionPart, RevisionRequest
 from bimvox.revision.revise import revise
 from bimvox.site.site import Site
 from bimvox.stop.redirect import HOLD_S

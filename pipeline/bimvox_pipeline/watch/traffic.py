@@ -11,10 +11,10 @@ import numpy as np
 
 from bimvox.errors import InputError
 from bimvox.files import check_output
-from bimvox.library.carry_out import carry_out as carry_out_plan
 from bimvox.library.log import write_log_file
+from bimvox.library.revise import carry_out as carry_out_plan
 from bimvox.live.execution import Execution
-from bimvox.live.named_traffic import NamedTraffic, traffic_named
+from bimvox.live.tracks import NamedTraffic, traffic_named
 from bimvox.log.plan_log import PlanLog
 from bimvox.planning.preparation import Preparation
 from bimvox.progress import Progress

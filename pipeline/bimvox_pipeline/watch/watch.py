@@ -17,22 +17,21 @@ from typing import Any
 
 from bimvox.errors import BimvoxError, FileError, InputError, PolicyError
 from bimvox.files import check_output, default_output, write_atomically
+from bimvox.library.arguments import PolicyWish, constants_of, workers_of
 from bimvox.library.hand_over import is_of, may_go_to_others, with_cranes_of
 from bimvox.library.log import write_log_file
 from bimvox.library.plan import policy_of, seed_of
-from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import plan_and_prove, prepared
-from bimvox.library.sharing import constants_of, workers_of
 from bimvox.library.site import LoadedSite, load_site
 from bimvox.library.verify import prove_plan
-from bimvox.live.named_traffic import NamedTraffic
+from bimvox.live.tracks import NamedTraffic
 from bimvox.log.held import HELD_CRANES_FILE
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.planning.preparation import Preparation, preparation_in
 from bimvox.planning.rollout import proposer
 from bimvox.progress import Progress, SilentProgress
 from bimvox.records.lift import Status
-from bimvox.records.remark import counts_of
+from bimvox.records.proof import counts_of
 from bimvox.revision.current_plan import CurrentPlan, RetrainedPolicy, current_plan_of
 from bimvox.site.build import with_digests
 from bimvox.site.site import Site

@@ -9,11 +9,10 @@ import pytest
 import shapely
 from rough_search import read_model
 
-from bimvox.library.set_up_search.front import front_of, why_lost
 from bimvox.library.set_up_search.pairs import may_pair, pairs
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.search import Search
-from bimvox.library.set_up_search.set_up import Tried
+from bimvox.library.set_up_search.set_up import Tried, front_of, why_lost
 from bimvox.progress import SilentProgress
 from bimvox.site.config.site_config import ComponentConfig, ModelConfig
 from bimvox.site.crane_checks import check_cranes

@@ -12,11 +12,10 @@ from box_sites import test_crane as crane_of
 from lift_work import ways_of
 from planned_frame import FILES, planned
 
-from bimvox.crane.bound import point_to_point_s
-from bimvox.crane.kinematics import pose_of
+from bimvox.crane.kinematics import pose_of, rigged
 from bimvox.crane.reach import allowed_radii_m
-from bimvox.crane.rigging import rigged
 from bimvox.crane.tower_crane import CranePose
+from bimvox.crane.travel import point_to_point_s
 from bimvox.library.set_up_search.search import Search
 from bimvox.library.set_up_search.timed import timed_moving_s
 from bimvox.log.reader import read_log

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from paper_reference import cells_of, is_solvable
 
-from bimvox.env.default_problem import default_problem
+from bimvox.env.problem import default_problem
 from bimvox.paper.env.component import YardPose, beam, column
 from bimvox.paper.env.layout import PaperLayout, random_layouts, yard_layouts
 from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER, obstruction

@@ -7,7 +7,7 @@ import pytest
 from lift_sites import clearance_of, random_occupancy
 
 from bimvox.env.dynamics import LiftState
-from bimvox.env.goal import GOAL_SIZE
+from bimvox.env.observation import WAY_SIZE
 from bimvox.paper.env.pyramid import OBSERVATION_SIZE, SCALES, WINDOW, WINDOW_SIZE, observe
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
@@ -81,7 +81,7 @@ def test_size_does_not_depend_on_site_or_component():
 def test_goal_and_last_action():
     space = clearance_of(np.zeros((30, 30, 30), np.bool_))
     out = seen(space, (10, 10, 10), target=(12, 4, 10), last_action=3)
-    goal = out[len(SCALES) * WINDOW_SIZE :][:GOAL_SIZE]
+    goal = out[len(SCALES) * WINDOW_SIZE :][:WAY_SIZE]
     np.testing.assert_allclose(goal[:3], [1, -1, 0])
     np.testing.assert_allclose(goal[3:6], [0.5, -1, 0])
     np.testing.assert_allclose(goal[6:9], np.array([np.log(3), -np.log(7), 0]) / np.log(1024), rtol=1e-6)

@@ -27,7 +27,7 @@ from rosbags.highlevel import AnyReader
 from valid_ifc import issues
 
 from bimvox.errors import FileError, InputError
-from bimvox.library.policy_wish import PolicyWish
+from bimvox.library.arguments import PolicyWish
 from bimvox.log.dates import log_dates
 from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog

@@ -17,7 +17,7 @@ from bimvox_pipeline.site import init
 from bimvox.bim.building import TriangleMesh
 from bimvox.errors import InputError
 from bimvox.exporters.unloading import TRUCK_HEIGHT_M, Body, model_ifc
-from bimvox.library.policy_wish import PolicyWish
+from bimvox.library.arguments import PolicyWish
 from bimvox.library.site import load_site
 from bimvox.library.verify import verify
 from bimvox.log.plan_log import PlanLog

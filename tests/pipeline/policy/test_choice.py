@@ -12,16 +12,14 @@ from bimvox_pipeline.plan import plan
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.observation import INPUT_SIZE
 from bimvox.errors import PolicyError
-from bimvox.library.policy_wish import PolicyWish
+from bimvox.library.arguments import PolicyWish
 from bimvox.library.site import load_site
 from bimvox.log.reader import read_log
 from bimvox.policy import store as policies
 from bimvox.policy.config import DqnConfig, adapting
 from bimvox.policy.generalist.weights import generalist_record, load_generalist
-from bimvox.policy.manifest import id_of
+from bimvox.policy.manifest import TrainedPolicy, id_of, outline_of
 from bimvox.policy.network import QNetwork
-from bimvox.policy.site_outline import outline_of
-from bimvox.policy.trained import TrainedPolicy
 from bimvox.progress import SilentProgress
 
 WITHOUT_TORCH = """

@@ -13,17 +13,16 @@ import numpy as np
 import onnxruntime
 import pytest
 import torch
-from bimvox_pipeline.policy import export_policy, import_policy
+from bimvox_pipeline.policy import export_policy, import_policy, pack, unpack
 from stable_baselines3 import DQN
 
 from bimvox.env.observation import INPUT_SIZE, VIEW_SIZE
 from bimvox.errors import InputError, PolicyError
 from bimvox.policy import store
-from bimvox.policy.bundle import pack, unpack
 from bimvox.policy.config import DqnConfig
+from bimvox.policy.manifest import CurvePoint, TrainedPolicy
 from bimvox.policy.network import QNetwork
 from bimvox.policy.sb3_file import read_sb3_zip
-from bimvox.policy.trained import CurvePoint, TrainedPolicy
 
 _SIZES = (INPUT_SIZE, 12, 8, 6)
 

@@ -15,7 +15,7 @@ from bimvox_pipeline.schema import schema
 
 from bimvox.env.observation import VIEW_NAME
 from bimvox.errors import FileError, InputError, PolicyError
-from bimvox.policy.generalist.frozen import frozen_digests, set_digest
+from bimvox.policy.generalist.suite import frozen_digests, set_digest
 from bimvox.policy.generalist.weights import generalist_record, load_generalist
 from bimvox.policy.onnx_file import onnx_bytes
 from bimvox.policy.score_document import PolicyScore

@@ -10,8 +10,8 @@ from bimvox.env.observation import INPUT_SIZE
 from bimvox.errors import PolicyError
 from bimvox.policy import store
 from bimvox.policy.config import DqnConfig
+from bimvox.policy.manifest import CurvePoint, TrainedPolicy
 from bimvox.policy.network import QNetwork
-from bimvox.policy.trained import CurvePoint, TrainedPolicy
 from bimvox.progress import SilentProgress
 
 

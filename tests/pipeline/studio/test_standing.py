@@ -13,7 +13,7 @@ from bimvox_pipeline.studio.app import Studio, application
 from planned_frame import copy_to
 from starlette.testclient import TestClient
 
-from bimvox.library.policy_wish import PolicyWish
+from bimvox.library.arguments import PolicyWish
 from bimvox.progress import SilentProgress
 
 TOKEN = "a-token"

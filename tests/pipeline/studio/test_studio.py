@@ -636,6 +636,12 @@ def test_a_set_up_is_drawn_from_the_side_that_is_asked_for(page: Page, folder: P
     assert first.content.startswith(b"\x89PNG")
     assert page.post("/api/picture", path="a.site.toml", setup=setup).content == first.content
     assert page.post("/api/picture", path="a.site.toml", setup=setup, turn_deg=30).content != first.content
+    ground = json.loads(first.headers["X-Bimvox-Ground"])
+    assert len(ground["corners"]) == len(setup["construction"])
+    for x, y, aside, up in ground["corners"]:
+        assert 0.0 < x < ground["size"][0]
+        assert 0.0 < y < ground["size"][1]
+        assert up < -2.0 * abs(aside), "a metre up is up in the picture"
     there = moved(setup, base_m=[-9.0, 3.0])
     assert page.post("/api/picture", path="a.site.toml", setup=there).content != first.content
     inside = page.post("/api/picture", path="a.site.toml", setup=moved(setup, base_m=[0.2, 0.2]))

@@ -12,9 +12,9 @@ import pytest
 from planned_frame import planned
 
 from bimvox.errors import MotionError
-from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import plan_and_prove, prepared
 from bimvox.library.search import check_search
+from bimvox.library.site import rasterise
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
@@ -26,9 +26,8 @@ from bimvox.proof.footprint import path_footprint
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Lift, Status, same_path
-from bimvox.revision import part_proof
-from bimvox.revision.current_plan import CurrentPlan, current_plan_of
-from bimvox.revision.request import RevisionRequest
+from bimvox.revision import draft
+from bimvox.revision.current_plan import CurrentPlan, RevisionRequest, current_plan_of
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_obstructions
 from bimvox.site.default_rules import ALL_KEPT
@@ -203,7 +202,7 @@ def test_a_part_does_not_wait_for_its_footprints(frame, monkeypatch):
         made.append(lift.order)
         return path_footprint(site, lift)
 
-    monkeypatch.setattr(part_proof, "path_footprint", making)
+    monkeypatch.setattr(draft, "path_footprint", making)
     parts = revise(start, RevisionRequest(with_obstructions(log.plan.site, box, rasterise), preparation, first=1000))
     part = next(parts)
     assert part.replanned

@@ -19,9 +19,9 @@ from bimvox_pipeline.watch.watch import Watcher
 from planned_frame import copy_to
 
 from bimvox.crane.kinematics import hook_of
+from bimvox.library.arguments import PolicyWish
 from bimvox.library.attached_files import check_attached_files
 from bimvox.library.plan import policy_of
-from bimvox.library.policy_wish import PolicyWish
 from bimvox.library.prove import prepared
 from bimvox.library.site import load_site
 from bimvox.log import schema as topics
@@ -31,8 +31,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.segments import NOW_NS
 from bimvox.progress import SilentProgress
-from bimvox.revision.held_cranes import HeldCranes
-from bimvox.revision.in_transit import last_finished, motion_under_way
+from bimvox.revision.current_plan import HeldCranes, last_finished, motion_under_way
 from bimvox.stop.redirect import Held
 
 EMPTY = {"version": 1, "unit": "m", "obstructions": []}

@@ -13,8 +13,8 @@ import pytest
 from planned_frame import planned
 from seeded_faults import carried_out_until, obstruction_file_of, with_files
 
-from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import prepared
+from bimvox.library.site import rasterise
 from bimvox.library.verify import prove, prove_plan
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
@@ -29,8 +29,7 @@ from bimvox.proof.plan import verify_plan
 from bimvox.proof.swing import swung_placements
 from bimvox.records.lift import Status
 from bimvox.records.motion import Phase, PhaseName
-from bimvox.revision.current_plan import CurrentPlan, RevisionPart, current_plan_of
-from bimvox.revision.request import RevisionRequest
+from bimvox.revision.current_plan import CurrentPlan, RevisionPart, RevisionRequest, current_plan_of
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet

@@ -11,8 +11,8 @@ from planned_sites import planned
 from seeded_faults import carried_out_until, obstruction_file_of, site_file_of, with_files
 from turning_sites import turning_site
 
-from bimvox.library.obstructions import rasterise
 from bimvox.library.prove import prepared
+from bimvox.library.site import rasterise
 from bimvox.library.verify import prove
 from bimvox.log.mcap.reader import read_contents
 from bimvox.log.plan_log import PlanLog
@@ -22,8 +22,7 @@ from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.progress import SilentProgress
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.records.motion import PhaseName
-from bimvox.revision.current_plan import CurrentPlan, current_plan_of
-from bimvox.revision.request import RevisionRequest
+from bimvox.revision.current_plan import CurrentPlan, RevisionRequest, current_plan_of
 from bimvox.revision.revise import revise
 from bimvox.site.build import with_digests, with_obstructions
 from bimvox.site.obstructions.obstruction_set import Box, Obstruction, ObstructionSet

@@ -14,7 +14,7 @@ from bimvox_pipeline.watch.log import segment_file
 from bimvox_pipeline.watch.plan import WatchWish
 from bimvox_pipeline.watch.watch import watch
 
-from bimvox.library.policy_wish import PolicyWish
+from bimvox.library.arguments import PolicyWish
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 from bimvox.proof.plan import verify_plan

@@ -15,8 +15,9 @@ from bimvox.planning.order.choose_order import travel_of
 from bimvox.planning.order.faster_order import FasterOrder
 from bimvox.planning.order.makespan import OrderTimes, makespan_s
 from bimvox.planning.order.sequence import Sequencer
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import Preparation, prepare
+from bimvox.planning.preparation import Preparation
 from bimvox.site.site import Site
 
 

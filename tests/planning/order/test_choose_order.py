@@ -5,14 +5,13 @@ import numpy as np
 import pytest
 from box_sites import box_site, test_crane
 
-from bimvox.crane.bound import point_to_point_s
 from bimvox.crane.tower_crane import CranePose
-from bimvox.crane.travel import Travel
+from bimvox.crane.travel import Travel, point_to_point_s
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.order.choose_order import order_and_yard, travel_s
 from bimvox.planning.order.relations import precedence
 from bimvox.planning.order.sequence import Sequencer
-from bimvox.planning.preparation import prepare
+from bimvox.planning.order_search import prepare
 from bimvox.planning.yard import allocate_yard
 from bimvox.site.component import OrderHints
 

@@ -16,8 +16,8 @@ from bimvox.planning.order.local_search import searched
 from bimvox.planning.order.makespan import COLUMNS, NOTHING_BESIDE, OrderTimes, course_of, makespan_s, walk
 from bimvox.planning.order.relations import precedence
 from bimvox.planning.order.sequence import Sequencer
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.site.component import OrderHints

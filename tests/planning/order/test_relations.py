@@ -11,8 +11,8 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.order.relations import precedence
 from bimvox.planning.order.sequence import ErectionSequence, Sequencer
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
 from bimvox.site.component import OrderHints

@@ -6,8 +6,8 @@ from bimvox.errors import InputError, SequenceError
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.order.relations import _one_way, precedence
 from bimvox.planning.order.sequence import Sequencer
+from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import prepare
 from bimvox.proof.plan import verify_plan
 from bimvox.site.component import OrderHints
 from bimvox.site.means import Means

@@ -9,7 +9,8 @@ import pytest
 
 from bimvox.errors import PolicyError
 from bimvox.grid.summed_area import summed_area_table
-from bimvox.policy.generalist.frozen import (
+from bimvox.policy.generalist.problems import LEAST_MOVES, occupancy_of
+from bimvox.policy.generalist.suite import (
     BUILDING,
     FROZEN,
     ProblemSet,
@@ -20,7 +21,6 @@ from bimvox.policy.generalist.frozen import (
     problem_sets,
     set_digest,
 )
-from bimvox.policy.generalist.problems import LEAST_MOVES, occupancy_of
 
 
 def test_the_frozen_file_has_every_problem_once_and_is_small():

@@ -3,11 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bimvox.env.distance import UNREACHABLE
-from bimvox.env.problem import is_learnable
+from bimvox.env.problem import UNREACHABLE, is_learnable
 from bimvox.planning.search import shortest_path
-from bimvox.policy.generalist.occupancies import FAMILIES
 from bimvox.policy.generalist.problems import (
+    FAMILIES,
     HELD_OUT_DOMAIN,
     LESSON_DOMAIN,
     VALIDATION_DOMAIN,

@@ -9,8 +9,7 @@ import pytest
 from bimvox.env.problem import lift_problem
 from bimvox.errors import PolicyError
 from bimvox.planning.rollout import roll_out_all
-from bimvox.policy.generalist.occupancies import FAMILIES
-from bimvox.policy.generalist.problems import random_problem
+from bimvox.policy.generalist.problems import FAMILIES, random_problem
 from bimvox.policy.generalist.weights import FOLDER, generalist_record, load_generalist, save_generalist
 from bimvox.policy.network import QNetwork
 

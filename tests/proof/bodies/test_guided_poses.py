@@ -4,7 +4,7 @@ import numpy as np
 from box_sites import box_mesh
 
 from bimvox.proof.bodies.guided_poses import boxes_along
-from bimvox.records.guide import Guide
+from bimvox.records.lift import Guide
 
 
 def test_the_box_of_a_pose_holds_the_part_in_it_and_is_no_larger_than_it_must_be():

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bimvox.crane.axis_limits import AxisLimits
+from bimvox.crane.tower_crane import AxisLimits
 from bimvox.proof.crane.braking import braked, braking_time_s
 from bimvox.stop.brake_axes import brake
 

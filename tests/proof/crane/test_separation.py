@@ -8,8 +8,7 @@ from named_cranes import default_crane, default_luffing_crane
 from two_cranes import shifted, two_crane_plan, waiting
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.crane.conflict import SPAN_NS, CraneTrack, first_conflict, joined
-from bimvox.crane.meeting import (
+from bimvox.crane.conflict import (
     COLUMNS,
     HOOK_HIGH,
     HOOK_LOW,
@@ -19,6 +18,10 @@ from bimvox.crane.meeting import (
     RADIUS_LOW,
     SLEW_HIGH,
     SLEW_LOW,
+    SPAN_NS,
+    CraneTrack,
+    first_conflict,
+    joined,
 )
 from bimvox.crane.outline import outline_of
 from bimvox.cranes.track import REACTION_S, approach_track, carrying_track

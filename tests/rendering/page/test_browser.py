@@ -16,8 +16,7 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.lift import Method
-from bimvox.records.proof import Check, Verification
-from bimvox.records.remark import Remark, Severity
+from bimvox.records.proof import Check, Remark, Severity, Verification
 from bimvox.rendering.page.page import page_of
 from bimvox.rendering.page.source import PageSource, Revision
 from bimvox.rendering.pictures.cranes import poses_at

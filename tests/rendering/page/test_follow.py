@@ -19,7 +19,6 @@ from bimvox.errors import FileError, InputError
 from bimvox.log.recorder import write_log
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import Method
-from bimvox.remarks import sensible
 
 VERSION = "document.querySelector('meta[name=bimvox-live]').dataset.version"
 
@@ -99,10 +98,12 @@ def test_proof_and_remarks_are_made_once_a_revision(tmp_path: Path, monkeypatch:
     proofs, remarks = [], []
     from bimvox_pipeline.render import revisions as page_revisions
 
+    from bimvox.remarks import remarks as remarks_module
+
     made = page_revisions.prove
     monkeypatch.setattr(page_revisions, "prove", lambda *given: proofs.append(given) or made(*given))
-    found = sensible.remarks_of
-    monkeypatch.setattr(sensible, "remarks_of", lambda *given: remarks.append(given) or found(*given))
+    found = remarks_module.remarks_of
+    monkeypatch.setattr(remarks_module, "remarks_of", lambda *given: remarks.append(given) or found(*given))
     pages = follow(log, tmp_path / "tiny.html", progress=SilentProgress(), stop=stop)
     next(pages)
     assert len(proofs) == 1

@@ -13,7 +13,7 @@ from logged_numbers import Logged
 from number_words import fixed
 from shown_numbers import differences, opened
 
-from bimvox.library.policy_wish import PolicyWish
+from bimvox.library.arguments import PolicyWish
 from bimvox.progress import SilentProgress
 
 pytestmark = pytest.mark.browser

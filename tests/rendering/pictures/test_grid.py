@@ -5,8 +5,7 @@ import pytest
 from box_grids import grid_of, part
 
 from bimvox.errors import InputError
-from bimvox.grid.frame import GridFrame
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import GridFrame, Label
 from bimvox.grid.voxel_grid import VoxelGrid
 from bimvox.rendering.pictures.picture import PictureOptions, picture_of
 from bimvox.rendering.pictures.site import scene_of_grid

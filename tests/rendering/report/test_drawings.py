@@ -16,7 +16,7 @@ from report_reading import ReadReport
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
 from bimvox.rendering.report.drawings import drawings
 from bimvox.rendering.report.page import report_page
 from bimvox.rendering.report.plan_view import _crane_names, plan_parts

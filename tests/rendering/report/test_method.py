@@ -9,7 +9,7 @@ from log_building import box_cells, tiny_log
 from opened_pages import revision_of
 from report_reading import ReadReport
 
-from bimvox.grid.labels import Label
+from bimvox.grid.frame import Label
 from bimvox.rendering.report.page import report_page
 from bimvox.rendering.report.record import blind_lifts, method_of, record_of
 from bimvox.rendering.report.statement import NOT_STATED

@@ -9,7 +9,7 @@ from log_building import tiny_log
 from opened_pages import EVIL, passed_proof, revision_of, some_remarks
 from report_reading import ReadReport
 
-from bimvox.records.remark import Remark, Severity
+from bimvox.records.proof import Remark, Severity
 from bimvox.rendering.report.page import report_page
 from bimvox.rendering.report.record import record_of
 

@@ -796,6 +796,49 @@ CONTRAST = """() => {
 """Texts with less contrast than WCAG AA asks for (4.5)."""
 
 
+GRIP = ".ground-handle .grip"
+
+
+def test_the_ground_is_moved_in_3d_and_saved(studio):
+    def drawn() -> None:
+        studio.wait("!window.studio.picture.asking.busy && !window.studio.picture.image.hidden")
+        studio.wait("window.studio.picture.ground.drawn_m === window.studio.setup.ground_m")
+
+    drawn()
+    before = studio.setup()["ground_m"]
+    metre_px = studio.page.evaluate("() => 1 / Math.abs(window.studio.picture.ground.metresOf(1))")
+    x, y = studio.middle(f"{GRIP} .target")
+    studio.page.mouse.move(x, y)
+    studio.page.mouse.down()
+    studio.page.mouse.move(x, y - 2.0 * metre_px, steps=5)
+    assert studio.setup()["ground_m"] == before, "it is entered when the hand lets go"
+    studio.page.keyboard.press("Escape")
+    studio.page.mouse.up()
+    assert studio.setup()["ground_m"] == before
+    studio.page.mouse.move(x, y)
+    studio.page.mouse.down()
+    studio.page.mouse.move(x, y + 1.0 * metre_px, steps=5)
+    studio.page.mouse.up()
+    lower = studio.setup()["ground_m"]
+    assert lower == pytest.approx(before - 1.0, abs=0.06)
+    studio.settled()
+    assert float(studio.page.locator('[data-key="ground"]').input_value()) == lower
+    drawn()
+    studio.page.locator(GRIP).focus()
+    studio.page.keyboard.press("ArrowUp")
+    studio.page.keyboard.press("Shift+ArrowUp")
+    wanted = round(lower + 0.6, 2)
+    assert studio.setup()["ground_m"] == pytest.approx(wanted)
+    studio.settled()
+    assert studio.page.locator(GRIP).get_attribute("aria-valuenow") == f"{wanted:g}"
+    studio.save()
+    assert studio.saved()["model"]["ground_m"] == pytest.approx(wanted)
+    studio.page.keyboard.press("Control+z")
+    drawn()
+    assert studio.page.locator(GRIP).get_attribute("aria-valuenow") == f"{lower + 0.5:g}"
+    assert studio.complaints == []
+
+
 def test_the_site_is_drawn_in_3d_and_turned(studio):
     def drawn() -> str:
         studio.wait("!window.studio.picture.asking.busy && window.studio.picture.image.src")

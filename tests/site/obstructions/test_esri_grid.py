@@ -9,7 +9,7 @@ import pytest
 
 from bimvox.errors import BimvoxError
 from bimvox.grid.frame import GridFrame
-from bimvox.library.obstructions import rasterise
+from bimvox.library.site import rasterise
 from bimvox.site.obstructions.cells import obstruction_cells
 from bimvox.site.obstructions.esri_grid import is_esri_grid, read_esri_grid, surface_of
 from bimvox.site.obstructions.notes import Where

@@ -35,13 +35,13 @@ async function answered(method, path, body, signal) {
   throw new ApiError(answer.status, found?.error ? found : { error: `The studio answered with status ${answer.status}.` });
 }
 
-/** The address of a picture of a set-up. */
+/** A picture of a set-up: its address, and where the ground is in it, {size, corners: [[x, y, dx, dy]]}, pixels and pixels a metre up. */
 export async function picture(body) {
   const answer = await answered("POST", "/api/picture", body);
   const content = await answer.blob();
   return new Promise((done, failed) => {
     const reader = new FileReader();
-    reader.onload = () => done(reader.result);
+    reader.onload = () => done({ address: reader.result, ground: JSON.parse(answer.headers.get("X-Bimvox-Ground")) });
     reader.onerror = () => failed(reader.error);
     reader.readAsDataURL(content);
   });

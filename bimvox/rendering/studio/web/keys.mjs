@@ -5,6 +5,7 @@ const KEYS = [
   ["Tab", "to the handles of crane, yard and zones, and to everything else"],
   ["← → ↑ ↓", "on a handle: move it by 0.5 m, with Shift by 0.1 m; on the plan: move the view"],
   ["Enter", "on a handle: type its coordinates"],
+  ["↑ ↓", "on the ground of the 3-D view: move it by 0.5 m, with Shift by 0.1 m"],
   ["Insert, Delete", "on a corner: add one after it, remove it"],
   ["Esc", "let go of what is dragged; clear the choice"],
   ["Ctrl+Z, Ctrl+Y", "undo, redo"],

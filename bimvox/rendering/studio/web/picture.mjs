@@ -1,6 +1,7 @@
-// The set-up in 3-D beside the plan view, drawn by the server after every change that is entered.
+// The set-up in 3-D beside the plan view, drawn by the server after every change that is entered. The ground is moved in it.
 import { el } from "../page/dom.mjs";
 import { Latest, picture } from "./api.mjs";
+import { GroundHandle } from "./ground.mjs";
 import { saved } from "./setup.mjs";
 
 const STEP_DEG = 45;
@@ -13,12 +14,17 @@ export class Picture {
     this.turn = 0;
     this.image = el("img", { alt: "The site in 3-D: building, cranes, areas", hidden: true });
     this.said = el("p", { role: "status" });
+    this.ground = new GroundHandle(app);
     const button = (words, label, step) => el("button", { type: "button", "aria-label": label, title: label, onclick: () => this.look(step) }, words);
-    this.card = el("details", { class: "solid", hidden: true }, el("summary", {}, "3-D view"), this.image, this.said, el("div", { class: "group", role: "group", "aria-label": "Look from" }, button("⟲", "Look from further left", -STEP_DEG), button("⟳", "Look from further right", STEP_DEG)));
+    this.card = el("details", { class: "solid", hidden: true }, el("summary", {}, "3-D view"), el("div", { class: "scene" }, this.image, this.ground.sheet), this.said, el("div", { class: "group", role: "group", "aria-label": "Look from" }, button("⟲", "Look from further left", -STEP_DEG), button("⟳", "Look from further right", STEP_DEG)));
     app.form.body.before(this.card);
     this.asking = new Latest(
       ({ opened, setup, turn }) => picture({ path: opened.path, setup, turn_deg: turn }),
-      (address, { opened }) => opened === this.app.opened && this.show(address, ""),
+      ({ address, ground }, { opened, setup }) => {
+        if (opened !== this.app.opened) return;
+        this.show(address, "");
+        this.ground.show(ground, setup.ground_m);
+      },
       (error) => this.show(null, error.message),
     );
     this.card.open = matchMedia("(min-width: 1200px)").matches;
@@ -51,6 +57,7 @@ export class Picture {
 
   show(address, words) {
     this.image.hidden = !address;
+    this.ground.show(null);
     if (address) this.image.src = address;
     this.said.textContent = words;
   }

@@ -1,0 +1,339 @@
+"""Cranes to look at: invented ones, ones inside the building, low carries and high utilisation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from shapely import MultiPoint, box
+
+from bimvox.bim.densities import density_of_kind
+from bimvox.bim.kinds.kind import Confidence, Kind
+from bimvox.bim.mass_uncertainty import ASSUMED
+from bimvox.compiled import kernel
+from bimvox.crane.machine import Machine, differences, does_more, is_same
+from bimvox.crane.outline import mast_box_m
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.grid.frame import GridFrame
+from bimvox.motion.swept import cells_of_axes, load_frame
+from bimvox.proof.crane.capacity import shares_of_capacity
+from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.proof import Remark, Severity
+from bimvox.remarks.subject import Subject, about, metres, name_of, tonnes
+from bimvox.site.catalogue import catalogue, machine_called
+from bimvox.site.component import Component
+from bimvox.site.fictitious import FICTITIOUS
+from bimvox.site.lifting import crane_for, hung_kg
+from bimvox.site.site import Site
+
+CRANE_UNKNOWN = "crane_unknown"
+CRANE_ALTERED = "crane_altered"
+CRANE_GENERIC = "crane_generic"
+
+SCALED = " scaled "
+"""In the names of machines that do not exist; earlier versions did not call them fictitious."""
+LARGEST_TM = 10_000.0
+"""Load moment of the largest tower crane ever built (Kroll K-10000: 120 t at 82 m)."""
+
+
+def machines(subject: Subject) -> Iterator[Remark]:
+    """Yield remarks about cranes that are not machines of the catalogue, and what differs by how much."""
+    for crane in subject.site.cranes:
+        named = machine_called(crane.machine or crane.name)
+        possible = catalogue() if named is None else (named,)
+        if any(is_same(crane, entry) for machine in possible for entry in machine.cranes):
+            yield Remark(
+                CRANE_GENERIC,
+                Severity.NOTE,
+                f"crane {crane.name!r} is a machine of the catalogue with typical data, not a manufacturer's product: "
+                "its load chart must be replaced by that of the machine on site",
+            )
+            continue
+        entry = _entry_of(crane, named)
+        if entry is None:
+            yield _unknown(crane)
+        else:
+            yield _altered(crane, entry)
+
+
+def _entry_of(crane: TowerCrane, named: Machine | None) -> TowerCrane | None:
+    """Return the entry of a crane's machine with its jib, or the longest, and its falls, or those that carry most.
+
+    For a name of its own: the entry that has its load chart, as far as its jib reaches.
+    """
+    if named is None:
+        entries = (entry for machine in catalogue() for entry in (machine.usual, *machine.cranes))
+        return next((entry for entry in entries if entry.kind == crane.kind and entry.chart == crane.chart), None)
+    entries_of_jib = named.with_jib(crane.jib_own_m) or named.with_jib(max(named.lengths_m))
+    return next((entry for entry in entries_of_jib if entry.falls == crane.falls), entries_of_jib[-1])
+
+
+def _unknown(crane: TowerCrane) -> Remark:
+    """Return the remark about a crane that no entry of the catalogue describes."""
+    radii, carries = np.array(crane.chart.radius_m), np.array(crane.chart.capacity_kg)
+    moment_tm = float((radii * carries).max()) / 1000.0
+    data = (
+        f"{tonnes(float(carries[0]))} up to {radii[0]:g} m, {tonnes(float(carries[-1]))} at {radii[-1]:g} m, "
+        f"jib {crane.jib_length_m:g} m"
+    )
+    if crane.name.startswith(FICTITIOUS) or SCALED in crane.name:
+        said = f"crane {crane.name!r} is fictitious, it does not exist: a machine scaled up by calculation ({data})"
+        return Remark(CRANE_UNKNOWN, Severity.SERIOUS, f"{said}; name a real machine and give its load chart")
+    if moment_tm > LARGEST_TM:
+        said = f"crane {crane.name!r} lifts {moment_tm:,.0f} tm, more than any tower crane ever built ({data})"
+        return Remark(CRANE_UNKNOWN, Severity.SERIOUS, said)
+    if crane.overrides:
+        data += f"; the site file changes the machine {crane.machine or crane.name!r}: {_listed(crane.overrides)}"
+    said = f"crane {crane.name!r} is not in the catalogue ({data})"
+    return Remark(CRANE_UNKNOWN, Severity.MINOR, f"{said}: check its data against the manufacturer's load chart")
+
+
+def _altered(crane: TowerCrane, entry: TowerCrane) -> Remark:
+    """Return the remark about a crane that differs from its entry; serious if it carries or reaches more."""
+    known = "as the catalogue has it" if crane.name == entry.name else f"{entry.name!r} of the catalogue"
+    declared = ", as its [crane.override] says" if crane.overrides else ""
+    said = f"crane {crane.name!r} is not {known}{declared}: {_listed(differences(crane, entry))}"
+    return Remark(CRANE_ALTERED, Severity.SERIOUS if does_more(crane, entry) else Severity.MINOR, said)
+
+
+def _listed(found: tuple[object, ...]) -> str:
+    return "; ".join(map(str, found))
+
+
+CRANE_FOOT = "crane_foot"
+_LEVEL_M = 0.5
+
+
+def crane_feet(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every crane whose mast goes through something, or stands in the building's outline."""
+    site = subject.site
+    for crane in site.cranes:
+        low, high = np.array(mast_box_m(crane))
+        met = [
+            name_of(component)
+            for component in subject.in_place
+            if _meets(component.shape.boxes + np.tile(component.target_vox, 2), site.frame, low, high)
+        ]
+        for blocker in site.blockers:
+            if blocker.kind in ("structure", "obstruction"):
+                cells = np.concatenate([blocker.cells, blocker.cells + 1], axis=1)
+                if _meets(cells, site.frame, low, high):
+                    met.append(blocker.name or blocker.id)
+        if met:
+            more = f" and {len(met) - 1:,} more" if len(met) > 1 else ""
+            said = f"the mast of crane {crane.name!r} goes through {met[0]}{more}"
+            yield Remark(CRANE_FOOT, Severity.SERIOUS, said)
+        elif abs(off_m := low[2] - _ground_m(site, low, high)) > _LEVEL_M:
+            where = "above" if off_m > 0.0 else "below"
+            said = (
+                f"the foot of crane {crane.name!r} is {abs(off_m):.1f} m {where} the ground there: give its height, or "
+            )
+            yield Remark(CRANE_FOOT, Severity.SERIOUS, said + "move it clear of the excavation")
+        elif _stands_in(subject, low, high):
+            said = f"crane {crane.name!r} stands inside the outline of the building: its mast must stay until the end"
+            yield Remark(CRANE_FOOT, Severity.MINOR, f"{said}, and its foundation must fit between the parts")
+
+
+def _ground_m(site: Site, low: NDArray[np.float64], high: NDArray[np.float64]) -> float:
+    """Return the height of the lowest ground under a mast; that of its foot outside the site."""
+    first, last = np.clip(site.frame.cells_over(low, high), 0, site.shape)
+    tops = site.ground_vox[first[0] : last[0], first[1] : last[1]]
+    return site.frame.origin_m[2] + site.frame.voxel_size_m * (int(tops.min()) + 1) if tops.size else float(low[2])
+
+
+def _meets(boxes_vox: NDArray[np.int32], frame: GridFrame, low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:
+    """Return whether any of (N, 6) boxes of cells reaches more than half a cell into a mast."""
+    origin, size = np.array(frame.origin_m), frame.voxel_size_m
+    first, last = origin + size * boxes_vox[:, :3], origin + size * boxes_vox[:, 3:]
+    shared = np.minimum(last, high) - np.maximum(first, low)
+    return bool((shared > size / 2.0).all(axis=1).any())
+
+
+def _stands_in(subject: Subject, low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:
+    """Return whether a mast stands completely within the convex outline of the parts on plan."""
+    bounds = [component.mesh.bounds_m[:, :2] for component in subject.in_place]
+    if not bounds:
+        return False
+    corners = np.concatenate([[a, b, (a[0], b[1]), (b[0], a[1])] for a, b in bounds])
+    return bool(MultiPoint(corners).convex_hull.contains(box(*low[:2], *high[:2])))
+
+
+CARRIED_LOW = "carried_low"
+HIGH_UTILISATION = "high_utilisation"
+DOUBTFUL_MASS = "doubtful_mass"
+
+CARRYING_HEIGHT_M = 2.0
+"""Least height over people and finished work: 2 to 3 m are usual in lift plans (professional judgement)."""
+HIGH_SHARE = 0.9
+"""Above this share of the capacity a lift is close to the limit: many contractors permit 80 to 90 % (professional
+judgement; 29 CFR 1926.751 calls lifts from 75 % on critical)."""
+DOUBTFUL_SHARE = 0.8
+"""Above this share of the capacity, a mass that may be 25 % too low overloads the crane."""
+
+_LIGHT = (Kind.TIMBER, Kind.LIGHT)
+_ROUNDING_M = 0.051
+_FAR_M = 10.0
+_FREE = np.int32(2**31 - 1)
+
+
+def carried_low(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every load that is carried over something with less than 2 m between them.
+
+    The load counts while it travels, from the start of slewing or trolleying until it is only lowered. Parts that wait
+    in the yard do not count, and neither do masts, which no load passes over.
+    """
+    for component, gap_m, below in _heights(subject, CARRYING_HEIGHT_M):
+        if gap_m < CARRYING_HEIGHT_M - _ROUNDING_M:
+            said = f"is carried {metres(max(gap_m, 0.0))} over {below}: {metres(CARRYING_HEIGHT_M)} are usual"
+            yield about(component, CARRIED_LOW, Severity.MINOR, said)
+
+
+def least_height_m(subject: Subject) -> tuple[float, str, str] | None:
+    """Return how low a load is carried at the lowest: the height, its part's name, and over what.
+
+    It is measured as for ``carried_low``. None without a crane, or if every load is carried higher than 10 m.
+    """
+    heights = [(gap_m, name_of(component), below) for component, gap_m, below in _heights(subject, _FAR_M)]
+    found = min(heights, default=(_FAR_M, "", ""))
+    return (max(found[0], 0.0), *found[1:]) if found[0] < _FAR_M else None
+
+
+def _heights(subject: Subject, most_m: float) -> Iterator[tuple[Component, float, str]]:
+    """Yield every load, its least height over something while it travels, at most ``most_m``, and over what that is."""
+    site = subject.site
+    if not (subject.motions and site.cranes):
+        return
+    since = _since(subject)
+    names = {lift.order: name_of(site.components[lift.component]) for lift in subject.lifts}
+    for number, blocker in enumerate(site.blockers):
+        names[-1 - number] = "the ground" if blocker.kind == "ground" else blocker.name or blocker.id
+    reach = int(np.ceil(most_m / site.frame.voxel_size_m))
+    for motion in subject.motions:
+        component = site.components[motion.component]
+        gap, below = _least_gap(since, _travelled(site, component, motion), _feet(component), motion.order, reach)
+        yield component, float(gap) * site.frame.voxel_size_m, names.get(below, "")
+
+
+def high_utilisation(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every lift that uses more than 90 % of the crane's capacity."""
+    for component, crane, share in _used(subject):
+        if share > HIGH_SHARE + 1e-9:
+            said = f"uses {100.0 * share:.0f} % of the capacity of crane {crane.name!r}"
+            yield about(component, HIGH_UTILISATION, Severity.MINOR, said)
+
+
+def doubtful_mass(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every lift that the crane may not carry because its mass or its kind is an assumption."""
+    for component, crane, share in _used(subject):
+        unsure = component.mass_uncertainty
+        heavier = _if_concrete(component)
+        if share * heavier > 1.0 + 1e-9:
+            said = f"is taken as {component.judgement.kind.value} ({component.judgement.why}); if it is concrete, it "
+            said += f"weighs {tonnes(heavier * component.mass_kg)}, {100.0 * share * heavier:.0f} % of the capacity of "
+            said += f"crane {crane.name!r}: say what it is ([model] kinds)"
+            yield about(component, DOUBTFUL_MASS, Severity.SERIOUS, said)
+            continue
+        if share > DOUBTFUL_SHARE + 1e-9 and unsure >= ASSUMED:
+            said = f"uses {100.0 * share:.0f} % of the capacity of crane {crane.name!r}, and its mass of "
+            said += f"{tonnes(component.mass_kg)} is an assumption, which may be {100.0 * unsure:.0f} % too low: "
+            yield about(component, DOUBTFUL_MASS, Severity.SERIOUS, said + "state its weight or material in the model")
+
+
+def _if_concrete(component: Component) -> float:
+    """Return how many times as much a part weighs if the assumption about its kind is wrong and it is concrete."""
+    judgement = component.judgement
+    if judgement.confidence is not Confidence.ASSUMED or component.mass_source != "default":
+        return 1.0
+    return (
+        max(density_of_kind(Kind.CONCRETE) / density_of_kind(judgement.kind), 1.0) if judgement.kind in _LIGHT else 1.0
+    )
+
+
+def _used(subject: Subject) -> Iterator[tuple[Component, TowerCrane, float]]:
+    """Yield every lifted part, its crane, and the largest share of that crane's capacity that its lift uses."""
+    site = subject.site
+    for number, crane in enumerate(site.cranes):
+        own = [motion for motion in subject.motions if motion.crane == number]
+        if not own:
+            continue
+        furthest = np.array([max(m.raising.radius_m.max(), m.loaded.radius_m.max()) for m in own])
+        mass_kg = np.array([hung_kg(crane, site.components[motion.component]) for motion in own])
+        used = shares_of_capacity(crane, furthest, 1.0) * mass_kg
+        for motion, share in zip(own, used.tolist(), strict=True):
+            yield site.components[motion.component], crane, share
+
+
+def _since(subject: Subject) -> NDArray[np.int32]:
+    """Return (X, Y, Z) the order of the lift that fills a cell; below 0 if a fixed object always does."""
+    site = subject.site
+    since = np.full(site.shape, _FREE, np.int32)
+    for lift in reversed(subject.lifts):
+        component = site.components[lift.component]
+        _fill(since, component.shape.cells, np.array(component.target_vox, np.int32), lift.order)
+    for number, blocker in enumerate(site.blockers):
+        if blocker.kind != "crane":
+            _fill(since, blocker.cells, np.zeros(3, np.int32), -1 - number)
+    return since
+
+
+def _feet(component: Component) -> NDArray[np.int32]:
+    """Return (N, 3) the lowest cell of every column of a part."""
+    cells = component.shape.cells[np.lexsort(component.shape.cells.T[::-1])]
+    first = np.ones(len(cells), np.bool_)
+    first[1:] = (np.diff(cells[:, :2], axis=0) != 0).any(axis=1)
+    return np.ascontiguousarray(cells[first])
+
+
+def _travelled(site: Site, component: Component, motion: LiftMotion) -> NDArray[np.float64]:
+    """Return (N, 3) the reference cells of a load at the samples of its travel."""
+    crane = site.crane_of(component)
+    assert crane is not None
+    load = load_frame(crane_for(site, crane, component), site.frame, component.hook_line_vox)
+    time_ns = motion.loaded.time_ns + np.int64(motion.start_ns)
+    inside = np.zeros(len(time_ns), np.bool_)
+    for phase in motion.phases:
+        if phase.name is PhaseName.TRAVERSE:
+            inside |= (time_ns >= phase.start_ns) & (time_ns <= phase.end_ns)
+    return cells_of_axes(load, motion.loaded.axes[inside])
+
+
+@kernel
+def _fill(since: NDArray[np.int32], cells: NDArray[np.int32], at: NDArray[np.int32], value: int) -> None:
+    """Write a value to cells; those outside the grid are ignored."""
+    nx, ny, nz = since.shape
+    for n in range(cells.shape[0]):
+        x, y, z = cells[n, 0] + at[0], cells[n, 1] + at[1], cells[n, 2] + at[2]
+        if 0 <= x < nx and 0 <= y < ny and 0 <= z < nz:
+            since[x, y, z] = value
+
+
+@kernel
+def _least_gap(
+    since: NDArray[np.int32], places: NDArray[np.float64], feet: NDArray[np.int32], own: int, reach: int
+) -> tuple[float, int]:
+    """Return the least height, in cells, of a load's feet over what is in place before a lift, and its number.
+
+    The number is that in ``since``. A position between cells counts for the cells around it on plan. The height is
+    ``reach`` if nothing is that near.
+    """
+    nx, ny, nz = since.shape
+    least, below = float(reach), 0
+    for n in range(places.shape[0]):
+        for f in range(feet.shape[0]):
+            foot = places[n, 2] + feet[f, 2]
+            top = min(int(np.floor(foot + 1e-6)), nz)
+            for corner in range(4):
+                x = places[n, 0] + feet[f, 0]
+                y = places[n, 1] + feet[f, 1]
+                i = int(np.floor(x + 1e-6)) if corner // 2 == 0 else int(np.ceil(x - 1e-6))
+                j = int(np.floor(y + 1e-6)) if corner % 2 == 0 else int(np.ceil(y - 1e-6))
+                if i < 0 or j < 0 or i >= nx or j >= ny:
+                    continue
+                k = top - 1
+                while k >= 0 and foot - (k + 1) < least - 1e-9:
+                    if since[i, j, k] < own:
+                        least, below = foot - (k + 1), since[i, j, k]
+                        break
+                    k -= 1
+    return least, below
