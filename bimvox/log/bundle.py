@@ -283,7 +283,7 @@ def is_as_packed(data: bytes) -> bool:
             if not _is_stream_of(stream, members[info.filename]):
                 return False
             files += head + stream
-            index += struct.pack("<4s2BH", b"PK\1\2", _ZIP_VERSION, _UNIX, _VERSION) + _SAME_FIELDS + sizes
+            index += struct.pack("<4s2BH", b"PK\1\2", _ZIP_VERSION, _UNIX, _ZIP_VERSION) + _SAME_FIELDS + sizes
             index += struct.pack("<3H2L", 0, 0, 0, _MODE, at) + name
     count = len(members)
     end = struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, count, count, len(index), len(files), 0)
