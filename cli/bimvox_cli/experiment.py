@@ -44,7 +44,7 @@ def paper(
     """Run the four experiments of Zhu, Pauwels and de Vries (2021), and report what reproduces."""
     from bimvox_pipeline.paper.command import run_paper
 
-    from bimvox.paper.experiment.settings import ALL_MODES
+    from bimvox.paper.experiment.jobs import ALL_MODES
 
     with open_output(as_json=json, quiet=quiet, verbose=verbose) as output:
         document = run_paper(

@@ -8,9 +8,9 @@ from typing import Any
 from bimvox.errors import InputError
 from bimvox.files import write_atomically
 from bimvox.paper.experiment.document import document_of
+from bimvox.paper.experiment.jobs import ALL_MODES, default_settings, quick_settings
 from bimvox.paper.experiment.pictures import pictures_of
 from bimvox.paper.experiment.report import report_of
-from bimvox.paper.experiment.settings import ALL_MODES, default_settings, quick_settings
 from bimvox.progress import Progress
 from bimvox_pipeline.paper.experiment import run_experiment
 from bimvox_pipeline.paper.folder import REPORT_FILE

@@ -8,9 +8,8 @@ from pathlib import Path
 from bimvox.errors import FileError
 from bimvox.files import reason_of, write_atomically
 from bimvox.paper.experiment.document import curves_csv, document_of
-from bimvox.paper.experiment.jobs import jobs_of
+from bimvox.paper.experiment.jobs import PaperSettings, jobs_of
 from bimvox.paper.experiment.results import ExperimentResults
-from bimvox.paper.experiment.settings import PaperSettings
 from bimvox.progress import Progress
 from bimvox_pipeline.paper.folder import CURVES_FILE, JOBS, MANIFEST, RESULTS_FILE, load_results, write_json
 from bimvox_pipeline.paper.scheduler import run_jobs
