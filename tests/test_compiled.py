@@ -14,8 +14,6 @@ def _kernels():
     """Return every kernel of the package by its module and name."""
     found = {}
     for module in pkgutil.walk_packages(bimvox.__path__, "bimvox."):
-        if module.name.startswith("bimvox.paper.rendering.window"):
-            continue  # needs a display
         for value in vars(importlib.import_module(module.name)).values():
             if isinstance(value, Dispatcher) and value.py_func.__module__.startswith("bimvox."):
                 found[value.py_func.__module__, value.py_func.__name__] = value

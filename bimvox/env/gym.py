@@ -50,7 +50,7 @@ def register() -> None:
             gymnasium.register(
                 env_id,
                 entry_point="bimvox.paper.env.site_env:PaperSiteEnv",
-                vector_entry_point="bimvox.paper.env.vector_env:PaperVectorEnv",
+                vector_entry_point="bimvox.paper.env.site_env:PaperVectorEnv",
                 reward_threshold=_REWARD_THRESHOLDS[env_id],
                 kwargs={"site": site},
             )

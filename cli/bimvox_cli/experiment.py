@@ -42,7 +42,7 @@ def paper(
     """Run the four experiments of Zhu, Pauwels and de Vries (2021), and report what reproduces."""
     from bimvox_pipeline.paper import run_paper
 
-    from bimvox.paper.experiment.settings import ALL_MODES
+    from bimvox.paper.experiment.jobs import ALL_MODES
 
     document = run_paper(
         out,

@@ -17,11 +17,10 @@ from typing import TYPE_CHECKING, Any
 from bimvox.errors import BimvoxError, FileError, InputError
 from bimvox.files import reason_of, write_atomically
 from bimvox.paper.experiment.document import curves_csv, document_of
-from bimvox.paper.experiment.jobs import Job, jobs_of
+from bimvox.paper.experiment.jobs import ALL_MODES, Job, PaperSettings, default_settings, jobs_of, quick_settings
 from bimvox.paper.experiment.pictures import pictures_of
 from bimvox.paper.experiment.report import report_of
 from bimvox.paper.experiment.results import ExperimentResults, results_of
-from bimvox.paper.experiment.settings import ALL_MODES, PaperSettings, default_settings, quick_settings
 from bimvox.processes import end_with
 from bimvox.progress import Progress
 

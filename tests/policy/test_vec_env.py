@@ -10,9 +10,9 @@ from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.dynamics import StepLimit
 from bimvox.env.problem import default_problem
 from bimvox.paper.env.batched import BatchedPaperSite
-from bimvox.paper.env.component import YardPose
 from bimvox.paper.env.layout import PaperLayout
 from bimvox.paper.env.presets import PAPER
+from bimvox.paper.env.spec import YardPose
 from bimvox.policy.vec_env import BatchVecEnv
 
 

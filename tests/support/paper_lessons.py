@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import torch
 
-from bimvox.paper.env.component import column
-from bimvox.paper.env.spec import PaperSpec
+from bimvox.paper.env.spec import PaperSpec, column
 from bimvox.paper.policy.config import OUR_MODE, PAPER_MODE
 from bimvox.paper.policy.network import ValueNetwork
 

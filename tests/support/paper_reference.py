@@ -6,11 +6,9 @@ import numpy as np
 from hypothesis import assume
 from hypothesis import strategies as st
 
-from bimvox.paper.env.component import beam, column
-from bimvox.paper.env.draw import every_component_has_a_way
-from bimvox.paper.env.layout import PaperLayout, write_layout
-from bimvox.paper.env.rules import drawing_of, empty_site, rules_of
-from bimvox.paper.env.spec import PaperSpec, RandomObstructions
+from bimvox.paper.env.layout import PaperLayout, every_component_has_a_way, write_layout
+from bimvox.paper.env.spec import PaperSpec, RandomObstructions, beam, column
+from bimvox.paper.env.state import drawing_of, empty_site, rules_of
 
 STEP = {0: (0, 1, 0), 1: (0, -1, 0), 2: (-1, 0, 0), 3: (1, 0, 0), 4: (0, 0, 1), 5: (0, 0, -1)}
 

@@ -1,25 +1,85 @@
 """The Markov decision process: how an episode begins, what a move and assembling do, when it ends.
 
-Small functions that the single and the batched environment share. :func:`transition`, :func:`move`,
-:func:`has_arrived`, :func:`is_late`, :func:`is_complete` and :func:`is_truncated` are pure; :func:`stand_up` and
+Small functions that the single and the batched environment share. :func:`_transition`, :func:`move`,
+:func:`_has_arrived`, :func:`is_late`, :func:`is_complete` and :func:`is_truncated` are pure; :func:`stand_up` and
 :func:`assemble` write the arrays of a site.
+
+The reward of an action: the formula of ``bimvox.env.dynamics``, with serial numbers as in the paper.
+
+Equation (1) of Zhu, Pauwels and de Vries (2021), r0 = -1: each step of component i costs r0 / S_i, twice that from its
+step limit on; the step that assembles it earns n S_i and costs nothing: "only when the agent completes the task, it can
+get a positive reward" (the authors' script does the same). S_i is the serial number of the component, n their number.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.env.actions import MOVES
-from bimvox.env.dynamics import NO_ACTION
+from bimvox.env.dynamics import NO_ACTION, REWARDS, RewardWeights, reward
 from bimvox.env.problem import distance_field
 from bimvox.grid.summed_area import summed_area_table
-from bimvox.paper.env.component import HUNG_LAYER, STORED_LAYER
-from bimvox.paper.env.reward import PaperReward, earned
-from bimvox.paper.env.rules import SpecArrays
-from bimvox.paper.env.state import AIR, FIRST_COMPONENT, GROUND, OBSTRUCTION, PaperState, SiteState
+from bimvox.paper.env.spec import HUNG_LAYER, STORED_LAYER
+from bimvox.paper.env.state import AIR, FIRST_COMPONENT, GROUND, OBSTRUCTION, PaperState, SiteState, SpecArrays
 from bimvox.site.collision import CollisionSpace, placement_is_free
+
+
+class PaperReward(NamedTuple):
+    """A way to reward actions, as a tuple for kernels.
+
+    Attributes:
+        weights: Coefficients of :func:`bimvox.env.dynamics.reward`.
+        by_serial: Whether the step cost is divided by S_i, and an arrival earns n S_i alone.
+    """
+
+    weights: RewardWeights
+    by_serial: bool
+
+
+PAPER_REWARDS: dict[str, PaperReward] = {
+    "paper": PaperReward(RewardWeights(progress=0.0, step=-1.0, late_step=-1.0, bump=0.0, arrival=1.0), by_serial=True),
+    "shaped": PaperReward(REWARDS["shaped"], by_serial=False),
+    "sparse": PaperReward(REWARDS["sparse"], by_serial=False),
+}
+"""``paper``: equation (1). ``shaped``: the exact distance-to-go of the component in transit is the teacher.
+``sparse``: every step costs the same, twice as much when late; every arrival earns the same."""
+
+
+@leaf_kernel
+def _earned(
+    scheme: PaperReward,
+    serial: int,
+    count: int,
+    distance: int,
+    next_distance: int,
+    bumped: bool,
+    arrived: bool,
+    late: bool,
+) -> float:
+    """Return the reward of one action.
+
+    Args:
+        scheme: How actions are rewarded.
+        serial: S_i of the component in transit, from 1.
+        count: n.
+        distance: Moves to its target before the action.
+        next_distance: Moves to its target after the action.
+        bumped: Whether the move was blocked.
+        arrived: Whether the component was assembled.
+        late: Whether its step limit had been reached before.
+    """
+    weights = scheme.weights
+    if scheme.by_serial:
+        if arrived:
+            return float(weights.arrival * count * serial)
+        weights = RewardWeights(
+            weights.progress, weights.step / serial, weights.late_step / serial, weights.bump, weights.arrival
+        )
+    return reward(weights, distance, next_distance, bumped, arrived, late)
 
 
 @leaf_kernel
@@ -56,7 +116,7 @@ def clearance_of(rules: SpecArrays, site: SiteState, component: int) -> Collisio
 
 
 @leaf_kernel
-def transition(rules: SpecArrays, site: SiteState, state: PaperState, action: int) -> tuple[PaperState, bool]:
+def _transition(rules: SpecArrays, site: SiteState, state: PaperState, action: int) -> tuple[PaperState, bool]:
     """Move the component in transit by one cell; return the next state and whether the move was blocked.
 
     A blocked move takes a step and moves nothing. Nothing moves once everything is assembled.
@@ -71,7 +131,7 @@ def transition(rules: SpecArrays, site: SiteState, state: PaperState, action: in
 
 
 @leaf_kernel
-def has_arrived(site: SiteState, state: PaperState) -> bool:
+def _has_arrived(site: SiteState, state: PaperState) -> bool:
     """Return whether the component in transit is at its target, where it is assembled at once."""
     i = state.component
     if i >= site.target.shape[0]:
@@ -149,7 +209,7 @@ def paint_fixed(site: SiteState) -> None:
 
 
 @kernel
-def take_up(rules: SpecArrays, site: SiteState, component: int, total: int) -> PaperState:
+def _take_up(rules: SpecArrays, site: SiteState, component: int, total: int) -> PaperState:
     """Pick a component from the yard: a column is upended; it then hangs in transit, one cell higher."""
     paint_stored(rules, site, component, AIR)
     site.table[:] = summed_area_table(site.cells != AIR)
@@ -166,7 +226,7 @@ def stand_up(rules: SpecArrays, site: SiteState) -> PaperState:
     for i in range(rules.boxes.shape[0]):
         paint_stored(rules, site, i, FIRST_COMPONENT + i)
     count = rules.boxes.shape[0]
-    return take_up(rules, site, count - count, 0)
+    return _take_up(rules, site, count - count, 0)
 
 
 @kernel
@@ -175,7 +235,7 @@ def assemble(rules: SpecArrays, site: SiteState, state: PaperState) -> PaperStat
     i = int(state.component)
     paint_built(rules, site, i, FIRST_COMPONENT + i)
     if i + 1 < rules.boxes.shape[0]:
-        return take_up(rules, site, i + 1, state.total)
+        return _take_up(rules, site, i + 1, state.total)
     site.table[:] = summed_area_table(site.cells != AIR)
     return PaperState(i + 1, int(state.x), int(state.y), int(state.z), NO_ACTION, 0, int(state.total))
 
@@ -185,14 +245,14 @@ def move(
     rules: SpecArrays, scheme: PaperReward, site: SiteState, state: PaperState, action: int
 ) -> tuple[PaperState, float, bool, bool]:
     """Take one action without assembling; return the next state, the reward, and whether it was blocked or arrived."""
-    moved, bumped = transition(rules, site, state, action)
-    arrived = has_arrived(site, moved)
-    value = earned(
+    moved, bumped = _transition(rules, site, state, action)
+    arrived = _has_arrived(site, moved)
+    value = _earned(
         scheme,
         state.component + 1,
         rules.boxes.shape[0],
-        distance_to_go(site, state),
-        distance_to_go(site, moved),
+        _distance_to_go(site, state),
+        _distance_to_go(site, moved),
         bumped,
         arrived,
         is_late(rules, state),
@@ -201,7 +261,7 @@ def move(
 
 
 @leaf_kernel
-def distance_to_go(site: SiteState, state: PaperState) -> int:
+def _distance_to_go(site: SiteState, state: PaperState) -> int:
     """Return the moves to the target; -1 if there is no path, 0 on a site without the field."""
     if site.field.size == 0:
         return 0

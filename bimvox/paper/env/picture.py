@@ -1,4 +1,4 @@
-"""The content of a picture of the site, as a value; ``bimvox.paper.rendering`` draws it."""
+"""The content of a picture of the site, as a value and as text; ``bimvox.paper.rendering`` draws it."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.paper.env.component import Box, YardPose
-from bimvox.paper.env.spec import PaperSpec
+from bimvox.paper.env.spec import Box, PaperSpec, YardPose
 from bimvox.paper.env.state import FIRST_COMPONENT, OBSTRUCTION, PaperState, SiteState
 from bimvox.site.component import IntVec
 from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
@@ -94,11 +93,11 @@ def picture_of_site(
         parts,
         tuple(YardPose(*_place(site, i)).box(spec.components[i].length_vox) for i in open_parts),
         tuple(spec.components[i].box_at(target_of(site, i)) for i in open_parts),
-        caption_of(spec, site, state),
+        _caption_of(spec, site, state),
     )
 
 
-def caption_of(spec: PaperSpec, site: SiteState, state: PaperState) -> str:
+def _caption_of(spec: PaperSpec, site: SiteState, state: PaperState) -> str:
     """Return one line about a state."""
     step = f"step {state.total} of {spec.steps_allowed}"
     if state.component >= spec.count:
@@ -120,3 +119,57 @@ def target_of(site: SiteState, component: int) -> IntVec:
 def _place(site: SiteState, component: int) -> tuple[int, int, str]:
     x, y, axis = (int(n) for n in site.stored[component])
     return x, y, "xy"[axis]
+
+
+_LETTERS: dict[Look, str] = {
+    Look.GROUND: ".",
+    Look.CONSTRUCTION_AREA: ":",
+    Look.OBSTRUCTION: "#",
+    Look.UNBUILT: "u",
+    Look.IN_TRANSIT: "T",
+    Look.ARRIVED: "A",
+    Look.ASSEMBLED: "B",
+}
+_TARGET, _START = "x", "o"
+
+
+def ansi_picture(picture: SitePicture, *, coloured: bool = True) -> str:
+    """Return a caption and a plan with +y upward; the highest object of each column counts.
+
+    ``.`` ground, ``:`` construction area, ``#`` obstruction, ``u`` unbuilt, ``T`` in transit, ``A`` arrived, ``B``
+    assembled; on bare ground ``o`` marks an initial position and ``x`` a target.
+
+    Args:
+        picture: What to show.
+        coloured: Whether escape sequences set colours (24 bit).
+    """
+    looks = picture.looks
+    filled = looks != Look.AIR
+    top = looks.shape[2] - 1 - np.argmax(filled[:, :, ::-1], axis=2)
+    plan = np.take_along_axis(looks, top[:, :, None], axis=2)[:, :, 0]
+    marks = np.full(plan.shape, "", dtype=object)
+    for letter, boxes in ((_START, picture.starts), (_TARGET, picture.targets)):
+        for (x0, y0, _), (x1, y1, _) in boxes:
+            marks[x0:x1, y0:y1] = letter
+    rows = [picture.caption]
+    for y in range(plan.shape[1] - 1, -1, -1):
+        cells = []
+        for x in range(plan.shape[0]):
+            look = Look(plan[x, y])
+            bare = look in (Look.GROUND, Look.CONSTRUCTION_AREA)
+            letter = marks[x, y] if bare and marks[x, y] else _LETTERS[look]
+            cells.append(_painted(letter, look) if coloured else letter)
+        rows.append("".join(cells))
+    return "\n".join(rows) + "\n"
+
+
+def _painted(letter: str, look: Look) -> str:
+    ink = LOOK_RGB[Look.ASSEMBLED] if letter == _TARGET else _ink(LOOK_RGB[look])
+    ink = LOOK_RGB[Look.UNBUILT] if letter == _START else ink
+    r, g, b = LOOK_RGB[look]
+    return f"\x1b[48;2;{r};{g};{b}m\x1b[38;2;{ink[0]};{ink[1]};{ink[2]}m{letter}\x1b[0m"
+
+
+def _ink(paper: Rgb) -> Rgb:
+    """Black on light colours, white on dark ones."""
+    return (0, 0, 0) if 0.299 * paper[0] + 0.587 * paper[1] + 0.114 * paper[2] > 140.0 else (255, 255, 255)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from bimvox.env.actions import named
-from bimvox.paper.env.component import Box, beam, column
-from bimvox.paper.env.spec import PaperSpec, RandomObstructions
+from bimvox.paper.env.spec import Box, PaperSpec, RandomObstructions, beam, column
 
 PAPER = PaperSpec(
     shape=(15, 15, 6),

@@ -8,14 +8,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from bimvox.paper.experiment.findings import Finding, findings_of, matched_finding
-from bimvox.paper.experiment.names import SCENARIOS
+from bimvox.paper.experiment.findings import CensoredSteps, Finding, findings_of, matched_finding, mean_interval
+from bimvox.paper.experiment.jobs import ABLATION_OBSERVATIONS, ABLATION_REWARDS, SCENARIOS
 from bimvox.paper.experiment.results import ExperimentResults, LearningRun, ScenarioRun
-from bimvox.paper.experiment.settings import ABLATION_OBSERVATIONS, ABLATION_REWARDS
-from bimvox.paper.experiment.statistics import CensoredSteps, mean_interval
-from bimvox.paper.policy.curve import Curve
+from bimvox.paper.policy.episodes import Curve
 
-NAMED_FIRST = "paper"
+_NAMED_FIRST = "paper"
 """The mode whose scenarios come first in the document, if it was run."""
 
 
@@ -24,7 +22,7 @@ def document_of(results: ExperimentResults) -> dict[str, Any]:
 
     ``scenarios`` is that of paper mode, or of the only mode; ``modes`` holds all of them.
     """
-    names = sorted(results.settings["modes"], key=lambda mode: (mode != NAMED_FIRST, mode))
+    names = sorted(results.settings["modes"], key=lambda mode: (mode != _NAMED_FIRST, mode))
     modes = {mode: _mode(results, mode) for mode in names}
     first = names[0]
     return {

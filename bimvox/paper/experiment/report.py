@@ -1,21 +1,169 @@
-"""The Markdown report of an experiment: its text; :mod:`bimvox.paper.experiment.tables` has the tables."""
+"""The Markdown report of an experiment, with its tables."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from statistics import fmean, median
 from typing import Any
 
-from bimvox.paper.experiment.findings import SIGNIFICANCE, TRIALS_NEEDED
-from bimvox.paper.experiment.names import mode_name
-from bimvox.paper.experiment.statistics import CONFIDENCE
-from bimvox.paper.experiment.tables import (
-    ablation_table,
-    baseline_table,
-    beyond_table,
-    initialization_table,
-    scenario_table,
-)
+from bimvox.paper.experiment.findings import CONFIDENCE, SIGNIFICANCE, TRIALS_NEEDED
+from bimvox.paper.experiment.jobs import SCENARIOS, TITLES, mode_name
+
+
+def _scenario_table(document: Mapping[str, Any]) -> str:
+    """Return the table of the four scenarios."""
+    rows = []
+    for scenario in SCENARIOS:
+        for mode, content in document["modes"].items():
+            d = content["scenarios"][scenario]
+            if not d["seeds"]:
+                continue
+            ratios = [s["moves"] / s["shortest_moves"] for s in d["seeds"] if s["moves"] and s["shortest_moves"]]
+            tabular = [steps for steps in d["tabular_steps"] if steps is not None]
+            rows.append(
+                [
+                    TITLES[scenario],
+                    mode_name(mode),
+                    d["steps_to_success_text"],
+                    f"{d['learned']} of {len(d['seeds'])}",
+                    f"{d['solved_by_the_loaded_policy']} of {len(d['seeds'])}",
+                    f"{fmean(ratios):.2f}" if ratios else "-",
+                    f"{fmean(d['random_success']):.1%}",
+                    f"{len(tabular)} of {len(d['seeds'])}" + (f", {median(tabular):,.0f} steps" if tabular else ""),
+                ]
+            )
+    head = (
+        "scenario",
+        "mode",
+        "steps to success (median)",
+        "learned",
+        "without retraining",
+        "moves / shortest",
+        "random actions",
+        "tabular Q-learning",
+    )
+    return _table(head, rows)
+
+
+def _initialization_table(document: Mapping[str, Any]) -> str:
+    """Return the table of the initialization layer."""
+    rows = []
+    for mode, content in document["modes"].items():
+        d = content["initialization"]
+        if d["runs"]:
+            rows.append(
+                [
+                    mode_name(mode),
+                    f"{d['reached']} of {d['runs']}",
+                    d["steps_to_success_text"],
+                    f"{d['most_steps']:,}" if d["most_steps"] is not None else f"> {d['budget']:,}",
+                    _least(d["greedy_rates"]),
+                    f"{median(d['cpu_seconds']):.0f} s",
+                ]
+            )
+    head = (
+        "mode",
+        "reached 100 %",
+        "steps (median)",
+        "steps (most)",
+        "greedy, from every start (least)",
+        "processor time (median)",
+    )
+    return _table(head, rows)
+
+
+def _ablation_table(document: Mapping[str, Any]) -> str:
+    """Return the table of the ablation."""
+    rows = [
+        [
+            cell["observation"],
+            cell["reward"],
+            f"{cell['reached']} of {cell['runs']}",
+            cell["steps_to_success_text"],
+            _least(cell["success_rates"]),
+        ]
+        for cell in document["ablation"]
+    ]
+    head = ("observation", "reward", "reached 100 %", "steps (median)", "last success rate (least)")
+    return _table(head, rows) if rows else ""
+
+
+def _baseline_table(document: Mapping[str, Any]) -> str:
+    """Return the table of the baselines."""
+    d = document["baselines"]
+    if not d:
+        return ""
+    random, tabular = d["random_success"], d["tabular"]
+    rows = [
+        ["random actions", f"{random['mean']:.1%} ({random['low']:.1%} to {random['high']:.1%})", "-"],
+        ["tabular Q-learning", "100 %" if tabular["steps_to_success"] else "-", tabular["steps_to_success_text"]],
+        ["descending the exact distance field", f"{d['teacher_success']:.0%}", "0"],
+    ]
+    return _table(("baseline", f"success from {d['starts']} starts", "environment steps"), rows)
+
+
+def _beyond_table(document: Mapping[str, Any]) -> str:
+    """Return the table of what goes beyond the paper."""
+    d = document["beyond"]
+    rows = []
+    for key, name in (
+        ("every_start", "every distinct yard start"),
+        ("random_targets", "{} layouts with drawn targets"),
+        ("frame", "four columns and four beams, {} drawn yards"),
+    ):
+        cell = d[key]
+        if cell["runs"]:
+            rows.append(
+                [
+                    name.format(f"{cell.get('layouts', 0):,}") + ", 100 %",
+                    f"{cell['bar_steps']:,}",
+                    f"{cell['cleared']} of {cell['runs']}",
+                    cell["steps_to_success_text"],
+                    _least(cell["greedy_rates"]),
+                    _fresh(cell),
+                ]
+            )
+    changed = d["changed_sites"]
+    if changed["runs"]:
+        rows.append(
+            [
+                "(b), (c), (d) solved",
+                f"{changed['bar_steps']:,}",
+                f"{changed['cleared']} of {changed['runs']}",
+                f"{changed['by_the_loaded_policy']} without retraining",
+                "-",
+                "-",
+            ]
+        )
+    head = (
+        "what",
+        "bar, steps",
+        "cleared",
+        "steps (median)",
+        "greedy success, tests (least)",
+        "greedy success, fresh layouts: mean (least)",
+    )
+    return _table(head, rows) if rows else ""
+
+
+def _fresh(cell: Mapping[str, Any]) -> str:
+    rates = [rate for rate in cell["fresh_rates"] if rate is not None]
+    if not rates:
+        return "-"
+    perfect = sum(rate == 1.0 for rate in rates)
+    return f"{fmean(rates):.2%} ({min(rates):.1%}); all {cell['fresh_layouts']:,} in {perfect} of {len(rates)}"
+
+
+def _least(rates: Sequence[float | None]) -> str:
+    known = [rate for rate in rates if rate is not None]
+    return f"{min(known):.1%}" if known else "-"
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)])
+
 
 _VERDICTS = {
     "reproduces": "**reproduces**",
@@ -38,7 +186,7 @@ def report_of(document: Mapping[str, Any], pictures: Iterable[str]) -> str:
             _picture(drawn, f"policies-{mode}.png", f"Policies before and after the change, {mode_name(mode)}")
             for mode in document["modes"]
         ),
-        "## The initialization layer\n\n" + initialization_table(document),
+        "## The initialization layer\n\n" + _initialization_table(document),
         _ablation(document, drawn),
         _baselines(document),
         _beyond(document),
@@ -103,7 +251,7 @@ def _scenarios(document: Mapping[str, Any]) -> str:
     budgets = ", ".join(f"{mode_name(mode)} {config['retrain_budget']:,}" for mode, config in modes)
     return (
         "## The four scenarios\n\n"
-        + scenario_table(document)
+        + _scenario_table(document)
         + "\n\nThe steps of (a) are those of the initialization layer; of (b) to (d), those of retraining the loaded "
         "network (0: nothing blocks the planned path, or the loaded network succeeds). Tabular Q-learning starts from "
         "scratch, on the layouts on which the mode's policy planned, with the mode's own budget "
@@ -143,7 +291,7 @@ def _steps(pair: Mapping[str, Any], end: str) -> float:
 
 
 def _ablation(document: Mapping[str, Any], drawn: set[str]) -> str:
-    table = ablation_table(document)
+    table = _ablation_table(document)
     if not table:
         return ""
     text = f"## Ablation: observation x reward\n\nThe paper's learner, with one choice changed at a time.\n\n{table}"
@@ -152,12 +300,12 @@ def _ablation(document: Mapping[str, Any], drawn: set[str]) -> str:
 
 
 def _baselines(document: Mapping[str, Any]) -> str:
-    table = baseline_table(document)
+    table = _baseline_table(document)
     return "## Baselines of the initialization layer\n\n" + table if table else ""
 
 
 def _beyond(document: Mapping[str, Any]) -> str:
-    table = beyond_table(document)
+    table = _beyond_table(document)
     if not table:
         return ""
     return (

@@ -7,12 +7,12 @@ from dataclasses import dataclass, fields
 from typing import Any, TypeVar
 
 from bimvox.paper.experiment.jobs import Job
-from bimvox.paper.policy.curve import Curve, CurvePoint
+from bimvox.paper.policy.episodes import Curve, CurvePoint
 
 R = TypeVar("R", "LearningRun", "ScenarioRun", "BaselineRun")
 
-Cell = tuple[int, int, int]
-Box = tuple[Cell, Cell]
+_Cell = tuple[int, int, int]
+_Box = tuple[_Cell, _Cell]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,10 +78,10 @@ class ScenarioRun:
     scenario: str
     start: tuple[int, int]
     axis: str
-    target: Cell
-    obstructions: tuple[Box, ...]
-    planned_cells: tuple[Cell, ...]
-    path_cells: tuple[Cell, ...]
+    target: _Cell
+    obstructions: tuple[_Box, ...]
+    planned_cells: tuple[_Cell, ...]
+    path_cells: tuple[_Cell, ...]
     retrained: bool
     succeeded: bool
     steps: int
@@ -260,6 +260,6 @@ def _curve(rows: list[list[Any]]) -> Curve:
     return tuple(CurvePoint(*row) for row in rows)
 
 
-def _cell(values: list[int]) -> Cell:
+def _cell(values: list[int]) -> _Cell:
     x, y, z = values
     return x, y, z

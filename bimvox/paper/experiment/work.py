@@ -9,29 +9,25 @@ from typing import Any
 import numpy as np
 
 from bimvox.errors import PlanningError
-from bimvox.paper.env.component import YardPose
 from bimvox.paper.env.layout import PaperLayout, random_layouts, yard_layouts
 from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, PAPER
-from bimvox.paper.env.spec import PaperSpec
+from bimvox.paper.env.spec import PaperSpec, YardPose
 from bimvox.paper.experiment.jobs import Job
-from bimvox.paper.policy.application import adapt, apply_layout
 from bimvox.paper.policy.baselines import Requirement, field_seconds, random_policy, tabular_q, teacher_moves
 from bimvox.paper.policy.config import PaperDqnConfig, paper_config_from_dict
-from bimvox.paper.policy.curve import Curve
-from bimvox.paper.policy.episodes import replay, success_rate
-from bimvox.paper.policy.initialization import greedy_success, initialize
-from bimvox.paper.policy.matched import matched_pairs
+from bimvox.paper.policy.episodes import Curve, replay, success_rate
+from bimvox.paper.policy.initialization import adapt, apply_layout, greedy_success, initialize
 from bimvox.paper.policy.network import ValueNetwork
-from bimvox.paper.policy.scenarios import make_scenarios
+from bimvox.paper.policy.scenarios import make_scenarios, matched_pairs
 
-FRESH_SEED = 2_000_003
+_FRESH_SEED = 2_000_003
 """Added to the seed of a run, the seed of layouts that no test uses. Tests decide when training stops and which network
 is kept, so their success rates are too optimistic."""
 
-LAYOUTS_TRIED = 50
+_LAYOUTS_TRIED = 50
 """Most starts drawn until the scenarios have room on the planned path."""
 
-Checkpoint = Callable[[ValueNetwork], None]
+_Checkpoint = Callable[[ValueNetwork], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +54,7 @@ class JobResult:
         return self.network
 
 
-def result_of(job: Job, needs: Mapping[str, JobResult], checkpoint: Checkpoint) -> JobResult:
+def result_of(job: Job, needs: Mapping[str, JobResult], checkpoint: _Checkpoint) -> JobResult:
     """Return the result of a job from the results that it needs, by role.
 
     ``checkpoint`` receives the network at every test of a training run.
@@ -82,7 +78,7 @@ def _config(job: Job) -> PaperDqnConfig:
     return paper_config_from_dict(dict(job.options["config"]))
 
 
-def _learn_basic(job: Job, spec: PaperSpec, checkpoint: Checkpoint) -> JobResult:
+def _learn_basic(job: Job, spec: PaperSpec, checkpoint: _Checkpoint) -> JobResult:
     config = _config(job)
     basic = initialize(spec, config, seed=job.seed, checkpoint=lambda network, steps: checkpoint(network))
     document = {"reached": basic.reached, "steps": basic.steps, "budget": config.budget, "curve": _rows(basic.curve)}
@@ -91,7 +87,7 @@ def _learn_basic(job: Job, spec: PaperSpec, checkpoint: Checkpoint) -> JobResult
 
 def _apply(job: Job, network: ValueNetwork) -> dict[str, Any]:
     config = _config(job)
-    for redrawn, layout in enumerate(random_layouts(PAPER, LAYOUTS_TRIED, job.seed)):
+    for redrawn, layout in enumerate(random_layouts(PAPER, _LAYOUTS_TRIED, job.seed)):
         applied = apply_layout(network, PAPER, config, layout, seed=job.seed)
         if not applied.episode.succeeded:
             continue
@@ -111,7 +107,7 @@ def _apply(job: Job, network: ValueNetwork) -> dict[str, Any]:
             "path_cells": [list(cell) for cell in applied.episode.path_cells],
             "scenarios": {name: _described(job, config, changed) for name, changed in scenarios.items()},
         }
-    return {"planned": False, "tried": LAYOUTS_TRIED}
+    return {"planned": False, "tried": _LAYOUTS_TRIED}
 
 
 def _described(job: Job, config: PaperDqnConfig, layout: PaperLayout) -> dict[str, Any]:
@@ -178,11 +174,11 @@ def _matched(job: Job, network: ValueNetwork) -> dict[str, Any]:
     return {"explorations": job.options["explorations"], "budget": config.retrain_budget, "pairs": pairs}
 
 
-def _beyond(job: Job, checkpoint: Checkpoint) -> JobResult:
+def _beyond(job: Job, checkpoint: _Checkpoint) -> JobResult:
     """Train on a site beyond the paper, and judge the network on layouts that decided nothing."""
     spec = FOUR_COLUMNS_FOUR_BEAMS if job.mode == "frame" else replace(PAPER, random_targets=True)
     learned = _learn_basic(job, spec, checkpoint)
-    fresh = random_layouts(spec, job.options["fresh_layouts"], FRESH_SEED + job.seed)
+    fresh = random_layouts(spec, job.options["fresh_layouts"], _FRESH_SEED + job.seed)
     fresh_rate = greedy_success(learned.trained, spec, _config(job), fresh)
     document = {**learned.document, "fresh_layouts": len(fresh), "fresh_rate": fresh_rate}
     return JobResult(document, learned.network)

@@ -15,15 +15,14 @@ from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.env.layout import PaperLayout
 from bimvox.paper.env.site_env import PaperSiteEnv
 from bimvox.paper.env.spec import PaperSpec
-from bimvox.paper.policy.curve import CurvePoint
-from bimvox.paper.policy.episodes import Episode, run_episodes
+from bimvox.paper.policy.episodes import CurvePoint, Episode, run_episodes
 
-RATE = 0.5
+_RATE = 0.5
 """Share of the new estimate in the table; large, because moves are deterministic."""
 
-DISCOUNT = 0.99
-EXPLORATION_LAST = 0.02
-EXPLORATION_SHARE = 0.1
+_DISCOUNT = 0.99
+_EXPLORATION_LAST = 0.02
+_EXPLORATION_SHARE = 0.1
 
 
 def random_policy(spec: PaperSpec, layouts: Sequence[PaperLayout], *, seed: int) -> tuple[Episode, ...]:
@@ -65,7 +64,7 @@ def field_seconds(spec: PaperSpec, *, fields: int = 200) -> float:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TabularResult:
+class _TabularResult:
     """The result of tabular Q-learning.
 
     Attributes:
@@ -96,11 +95,11 @@ class Requirement(NamedTuple):
 
 def tabular_q(
     spec: PaperSpec, layouts: Sequence[PaperLayout], *, seed: int, budget: int, required: Requirement
-) -> TabularResult:
+) -> _TabularResult:
     """Learn a table (Watkins 1989) from the paper's reward; steps and tests count as for the networks.
 
     Episodes are drawn from ``layouts``, in training and in tests. The share of random actions falls from 1 to
-    ``EXPLORATION_LAST`` over the first tenth of the budget, and stays there in tests. The same arguments give the same
+    ``_EXPLORATION_LAST`` over the first tenth of the budget, and stays there in tests. The same arguments give the same
     table.
 
     Raises:
@@ -111,13 +110,13 @@ def tabular_q(
     table = np.zeros((*spec.shape, 2, ACTION_COUNT))
     learner = _TableEpisodes(spec, layouts, table, seed)
     tester = _TableEpisodes(spec, layouts, table, seed + 1)
-    phase = max(1.0, EXPLORATION_SHARE * budget)
+    phase = max(1.0, _EXPLORATION_SHARE * budget)
     curve: list[CurvePoint] = []
     steps, reached = 0, False
     while steps < budget and not reached:
         for _ in range(min(budget, steps + required.test_every) - steps):
-            share = 1.0 + min(1.0, steps / phase) * (EXPLORATION_LAST - 1.0)
-            learner.step(share, RATE)
+            share = 1.0 + min(1.0, steps / phase) * (_EXPLORATION_LAST - 1.0)
+            learner.step(share, _RATE)
             steps += 1
         results = [tester.episode() for _ in range(required.episodes)]
         successes = sum(succeeded for succeeded, _ in results)
@@ -125,7 +124,7 @@ def tabular_q(
             CurvePoint(steps, successes / required.episodes, float(np.mean([reward for _, reward in results])))
         )
         reached = successes >= required.successes
-    return TabularResult(table, tuple(curve), reached, steps)
+    return _TabularResult(table, tuple(curve), reached, steps)
 
 
 class _TableEpisodes:
@@ -148,7 +147,7 @@ class _TableEpisodes:
         step = self._batch.step([action])
         reward, done = float(step.rewards[0]), bool(step.terminated[0])
         if rate > 0.0:
-            wanted = reward if done else reward + DISCOUNT * self._row(step.final_states[0]).max()
+            wanted = reward if done else reward + _DISCOUNT * self._row(step.final_states[0]).max()
             row[action] += rate * (wanted - row[action])
         return done, bool(step.ended[0]), reward
 
@@ -156,7 +155,7 @@ class _TableEpisodes:
         """Run one episode without learning, and return success and reward."""
         total, ended, succeeded = 0.0, False, False
         while not ended:
-            succeeded, ended, reward = self.step(EXPLORATION_LAST, 0.0)
+            succeeded, ended, reward = self.step(_EXPLORATION_LAST, 0.0)
             total += reward
         return succeeded, total
 

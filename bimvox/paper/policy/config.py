@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from bimvox.env.actions import named
+from bimvox.paper.env.dynamics import PAPER_REWARDS
 from bimvox.paper.env.observation import OBSERVATIONS
-from bimvox.paper.env.reward import PAPER_REWARDS
 from bimvox.policy.config import DqnChoices, choices_from_dict
 
 
@@ -29,7 +29,7 @@ class PaperDqnConfig(DqnChoices):
         importance_first: Exponent of its importance weights at the start; it rises to 1 over the budget. None: the
             weights are equal.
         symmetry: Whether every remembered transition is rotated and mirrored in plan at random before a gradient step
-            (``bimvox.paper.policy.symmetry``); for the egocentric observation only.
+            (``bimvox.paper.policy.learning``); for the egocentric observation only.
         bootstrap_at_limit: Whether the target continues beyond the step limit (a truncation), or ends there, as in the
             original, which knew only "done".
         exploration_again: Share of random actions at the start of retraining a loaded network.

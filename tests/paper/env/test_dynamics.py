@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bimvox.paper.env.component import YardPose, beam, column
 from bimvox.paper.env.layout import PaperLayout
 from bimvox.paper.env.presets import PAPER, obstruction
 from bimvox.paper.env.site_env import PaperSiteEnv
-from bimvox.paper.env.spec import PaperSpec
+from bimvox.paper.env.spec import PaperSpec, YardPose, beam, column
 
 FORWARD, BACKWARD, LEFT, RIGHT, UP, DOWN = range(6)
 

@@ -8,11 +8,10 @@ import pytest
 from paper_reference import cells_of, is_solvable
 
 from bimvox.env.problem import default_problem
-from bimvox.paper.env.component import YardPose, beam, column
 from bimvox.paper.env.layout import PaperLayout, random_layouts, yard_layouts
 from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER, obstruction
 from bimvox.paper.env.site_env import PaperSiteEnv
-from bimvox.paper.env.spec import RandomObstructions
+from bimvox.paper.env.spec import RandomObstructions, YardPose, beam, column
 
 HERE = ((7, 7, 1),)
 

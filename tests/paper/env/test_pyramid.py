@@ -8,7 +8,7 @@ from lift_sites import clearance_of, random_occupancy
 
 from bimvox.env.dynamics import LiftState
 from bimvox.env.observation import WAY_SIZE
-from bimvox.paper.env.pyramid import OBSERVATION_SIZE, SCALES, WINDOW, WINDOW_SIZE, observe
+from bimvox.paper.env.observation import OBSERVATION_SIZE, SCALES, WINDOW, WINDOW_SIZE, observe
 from bimvox.site.collision import CollisionSpace, placement_is_free
 
 OFFSETS = [range(-(n // 2), n // 2 + 1) for n in WINDOW]

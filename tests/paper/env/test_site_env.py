@@ -6,12 +6,11 @@ import gymnasium
 import numpy as np
 import pytest
 
-from bimvox.paper.env.component import YardPose, column
 from bimvox.paper.env.layout import PaperLayout
-from bimvox.paper.env.observation import OBSERVATIONS
+from bimvox.paper.env.observation import OBSERVATIONS, WINDOW_CELLS
 from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER
 from bimvox.paper.env.site_env import PaperSiteEnv
-from bimvox.paper.env.window import WINDOW_CELLS
+from bimvox.paper.env.spec import YardPose, column
 
 CORNER = PaperLayout((YardPose(0, 0, "y"),), ((7, 7, 1),))
 
@@ -117,7 +116,7 @@ def test_drawn_as_text():
     layout = PaperLayout((YardPose(0, 3, "x"),), ((7, 7, 1),), (((12, 2, 1), (13, 5, 3)),))
     env.reset(options={"layout": layout})
     env.step(np.int64(0))
-    from bimvox.paper.env.ansi import ansi_picture
+    from bimvox.paper.env.picture import ansi_picture
 
     first, *rows = ansi_picture(env.picture(), coloured=False).splitlines()
     assert first == "step 1 of 36: column 1 of 1 at (0, 4, 2), target (7, 7, 1)"

@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from bimvox.paper.env.component import PaperComponent, YardPose, beam, column
 from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER, PRESETS, obstruction
-from bimvox.paper.env.spec import PaperSpec, RandomObstructions
+from bimvox.paper.env.spec import PaperComponent, PaperSpec, RandomObstructions, YardPose, beam, column
 
 NARROW = {"shape": (8, 8, 6), "construction_area": (1, 1, 8, 8), "obstructions": (((3, 0, 1), (4, 1, 2)),)}
 """A yard one cell wide, cut by an obstruction."""

@@ -6,7 +6,7 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from bimvox.paper.env.presets import OBSTRUCTED, PAPER
-from bimvox.paper.env.vector_env import INFO_KEYS, PaperVectorEnv
+from bimvox.paper.env.site_env import INFO_KEYS, PaperVectorEnv
 
 
 def test_spaces_and_metadata():

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from bimvox.paper.experiment.jobs import jobs_of
-from bimvox.paper.experiment.settings import default_settings, quick_settings
+from bimvox.paper.experiment.jobs import default_settings, jobs_of, quick_settings
 
 
 def names(settings, part=None):

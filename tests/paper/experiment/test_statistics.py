@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest, wilcoxon
 
-from bimvox.paper.experiment.statistics import CensoredSteps, mean_interval, paired_test
+from bimvox.paper.experiment.findings import CensoredSteps, mean_interval, paired_test
 
 
 def test_an_interval_by_students_t():

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from paper_lessons import SLOW, TINY, drawn_network
 
-from bimvox.paper.env.component import YardPose
 from bimvox.paper.env.layout import PaperLayout
-from bimvox.paper.policy import application
-from bimvox.paper.policy.application import adapt, apply_layout, collision_of
+from bimvox.paper.env.spec import YardPose
+from bimvox.paper.policy import initialization as application
 from bimvox.paper.policy.episodes import replay
+from bimvox.paper.policy.initialization import adapt, apply_layout, collision_of
 
 FORWARD, BACKWARD, LEFT, RIGHT, UP, DOWN = range(6)
 LAYOUT = PaperLayout((YardPose(0, 2, "y"),), ((2, 2, 1),))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from paper_lessons import TINY, network_that_always
 
-from bimvox.paper.env.component import YardPose
 from bimvox.paper.env.layout import PaperLayout, random_layouts
+from bimvox.paper.env.spec import YardPose
 from bimvox.paper.policy.episodes import best_of, replay, run_episodes, success_rate
 
 FORWARD, BACKWARD, LEFT, RIGHT, UP, DOWN = range(6)

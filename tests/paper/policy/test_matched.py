@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from bimvox.paper.env.presets import PAPER
-from bimvox.paper.policy import matched
-from bimvox.paper.policy.application import AppliedPolicy
+from bimvox.paper.policy import scenarios as matched
 from bimvox.paper.policy.baselines import teacher_moves
 from bimvox.paper.policy.config import PAPER_MODE
 from bimvox.paper.policy.episodes import replay
-from bimvox.paper.policy.matched import matched_pairs
+from bimvox.paper.policy.initialization import AppliedPolicy
+from bimvox.paper.policy.scenarios import matched_pairs
 
 LEFT, RIGHT, FORWARD, BACKWARD, DOWN = 2, 3, 0, 1, 5
 

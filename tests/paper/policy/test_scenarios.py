@@ -3,9 +3,9 @@ from __future__ import annotations
 import pytest
 
 from bimvox.errors import PlanningError
-from bimvox.paper.env.component import YardPose, overlap
 from bimvox.paper.env.layout import PaperLayout, check_layout, random_layouts
 from bimvox.paper.env.presets import PAPER
+from bimvox.paper.env.spec import YardPose, overlap
 from bimvox.paper.policy.baselines import teacher_moves
 from bimvox.paper.policy.scenarios import make_scenarios
 

@@ -7,9 +7,8 @@ import pytest
 import torch
 
 from bimvox.paper.env.batched import BatchedPaperSite
-from bimvox.paper.env.component import YardPose, beam
-from bimvox.paper.env.spec import PaperSpec
-from bimvox.paper.policy.symmetry import IMAGES, Images
+from bimvox.paper.env.spec import PaperSpec, YardPose, beam
+from bimvox.paper.policy.learning import IMAGES, Images
 from bimvox.policy.replay import Transitions
 
 SIDE = 9

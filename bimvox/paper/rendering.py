@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.grid.frame import GridFrame
-from bimvox.paper.env.component import Box
 from bimvox.paper.env.picture import LOOK_RGB, Look, SitePicture
+from bimvox.paper.env.spec import Box
 from bimvox.rendering.colours import OBSTRUCTION, START_BOX, TARGET_BOX
 from bimvox.rendering.pictures.picture import PictureOptions, picture_of
 from bimvox.rendering.pictures.scene import LegendEntry, Scene, Strokes, Swatch, box_edges
