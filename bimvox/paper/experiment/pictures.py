@@ -18,8 +18,8 @@ from bimvox.rendering.pictures.scene import LegendEntry, Scene, Strokes, Swatch,
 
 if TYPE_CHECKING:
     from bimvox.paper.experiment.results import ExperimentResults, ScenarioRun
+    from bimvox.rendering.pictures.plots import Curve
     from bimvox.rendering.pictures.scene import Scene
-    from bimvox.rendering.plots.curves import Curve
 
 
 _CENTRE = 0.5
@@ -108,7 +108,7 @@ def _curve(label: str, rows: Sequence[Sequence[float]]) -> Curve:
     """Return the curve of ``[steps, mean, low, high]`` rows."""
     import numpy as np
 
-    from bimvox.rendering.plots.curves import Curve
+    from bimvox.rendering.pictures.plots import Curve
 
     steps, mean, low, high = np.array(rows, np.float64).T
     return Curve(label, steps, mean, low, high)
