@@ -154,8 +154,8 @@ $(PLANNERS)/ready: benchmarks/many_lifts/peers.txt pyproject.toml constraints.tx
 bench-many-lifts: $(PLANNERS)/ready ## paths of 500 lifts: policy, search, and other planners
 	$(PLANNERS)/bin/python -m benchmarks.many_lifts $(ARGS)
 
-train-generalist: setup ## train the policy that ships with bimvox: docs/generalist.md (OUT=folder, ARGS="--steps 4000" for a try)
-	$(BIN)/python -m bimvox_pipeline.train.generalist train --out $(OUT)/generalist $(ARGS)
+train-generalist: setup ## train the network that ships with bimvox: docs/generalist.md (OUT=folder, ARGS="--steps 4000" for a try)
+	$(BIN)/python -m benchmarks.train_generalist --out $(OUT)/generalist $(ARGS)
 
 bench-generalist: setup ## the shipped network and its baselines on the held-out suite (ARGS="--share 0.1" for a try)
 	$(BIN)/python -m benchmarks.generalist $(ARGS)

@@ -9,8 +9,8 @@ import argparse
 import sys
 
 import numpy as np
-from bimvox_pipeline.train.generalist import TESTS, stages_of
 
+from benchmarks.train_generalist import TEST_MODELS, stages_of
 from bimvox.policy.generalist.problems import HELD_OUT_DOMAIN
 from bimvox.policy.generalist.stages import BuildingStage, building_lifts, save_stages
 from bimvox.policy.generalist.suite import BUILDING, BUILDING_COUNT, FROZEN, digest_of, frozen_text
@@ -23,7 +23,7 @@ def main() -> int:
     parser.add_argument("--building", action="store_true", help=f"write {BUILDING.name} of the package first")
     chosen = parser.parse_args()
     if chosen.building:
-        drawn = building_lifts(stages_of(TESTS), count=2 * BUILDING_COUNT, domain=HELD_OUT_DOMAIN, starts=1)
+        drawn = building_lifts(stages_of(TEST_MODELS), count=2 * BUILDING_COUNT, domain=HELD_OUT_DOMAIN, starts=1)
         lifts = list({digest_of(one): one for one in drawn}.values())[:BUILDING_COUNT]
         nowhere = np.zeros((0, 3), np.int32)
         save_stages(BUILDING, [BuildingStage(one.space, one.start_vox, one.target_vox, nowhere) for one in lifts])

@@ -21,10 +21,10 @@ from scipy.stats import bootstrap, trim_mean
 
 from benchmarks.document import put_into
 from benchmarks.generalist import tries
+from benchmarks.train_generalist import RECIPE, Run, train_generalist
 from bimvox.env.problem import LiftProblem, lift_problem
 from bimvox.planning.rollout import TowardsTarget, Values
 from bimvox.policy.generalist.problems import FAMILIES, VALIDATION_DOMAIN, lesson
-from bimvox.policy.generalist.recipe import Run, small_recipe, train_generalist
 from bimvox.policy.generalist.suite import problem_sets
 from bimvox.policy.generalist.weights import load_generalist, save_generalist
 
@@ -78,7 +78,7 @@ def train(out: Path, seeds: int, steps: int) -> None:
     checks = [lesson(n, VALIDATION_DOMAIN) for n in kept if n < CHECK_NUMBERS]
     for seed, arm, folder in runs:
         began = time.process_time()
-        config = replace(small_recipe(), teacher=TEACHER[arm], buffer_size=steps, test_every=10 * steps)
+        config = replace(RECIPE, teacher=TEACHER[arm], buffer_size=steps, test_every=10 * steps)
         network = train_generalist(problems, checks, config, Run(seed, steps, half=True), families=len(names) - 1)
         minutes = round((time.process_time() - began) / 60, 1)
         record = {"config": config.to_dict(), "seed": seed, "steps": steps, "without": LEFT_OUT, "minutes": minutes}

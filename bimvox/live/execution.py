@@ -143,9 +143,8 @@ class _Run:
     def execution(self, plan: LiftPlan, tracks: tuple[Track, ...]) -> Execution:
         """Return the execution, at its end.
 
-        Args:
-            plan: The plan in the order in which it was carried out.
-            tracks: The recorded tracks among those who moved.
+        ``plan``: the plan in the order in which it was carried out; ``tracks``: the recorded tracks among those who
+        moved.
         """
         episode, ticks = self.episode, self.episode.ticks
         there = np.concatenate([self._start_m, episode.tape[:ticks, 2:].reshape(ticks, -1, 2, 2)])

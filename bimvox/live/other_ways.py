@@ -85,13 +85,8 @@ def _around(
 ) -> LiftWay | None:
     """Return a way of a lift around the middle of the planned one; None if there is none that the crane can drive.
 
-    Args:
-        site: The site.
-        planned: The planned way.
-        before: The planned lift before it.
-        rule: The collision rule of its motion.
-        start_rad: Slewing angle at the end of the lift before.
-        side: 1.0: left of the planned way; -1.0: right of it.
+    ``before``: the planned lift before it; ``rule``: the collision rule of its motion; ``start_rad``: slewing angle at
+    the end of the lift before; ``side``: 1.0: left of the planned way; -1.0: right of it.
     """
     (lift, motion), last_vox = planned, planned.lift.last_moves_vox
     assert lift.path_vox is not None

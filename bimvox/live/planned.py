@@ -93,10 +93,8 @@ def _earlier_lifts(
 ) -> tuple[frozenset[int], ...]:
     """Return for each of some lifts those of them that must be set before.
 
-    Args:
-        site: The site.
-        preparation: What its plan was made from.
-        lifts: The proven ways of planned lifts that follow each other in the plan.
+    ``preparation``: what its plan was made from; ``lifts``: the proven ways of planned lifts that follow each other in
+    the plan.
     """
     graph = order_graph(site, preparation.relations, preparation.contacts)
     transit_m, rope_m = (site.rules.kept_m(name, NOTHING_KEPT) for name in ("transit_clearance_m", "rope_clearance_m"))

@@ -36,14 +36,9 @@ def _is_clear(
 ) -> bool:
     """Return whether the crane may go on for a tick.
 
-    Args:
-        way: The way.
-        state: Where the load is, in rows, the pace, and the highest pace since the load last hung still.
-        gains: Whether the crane gains speed in this tick; otherwise it keeps its pace.
-        crowd: Everyone, as seen.
-        delay: Ticks by which they are seen late.
-        noise_m: Largest error of a seen place.
-        plan: (M, 9) room for the prediction.
+    ``state``: where the load is, in rows, the pace, and the highest pace since the load last hung still; ``gains``:
+    whether the crane gains speed in this tick; otherwise it keeps its pace; ``delay``: ticks by which they are seen
+    late; ``noise_m``: largest error of a seen place; ``plan``: (M, 9) room for the prediction.
     """
     at, pace, used = state
     placed(way, at, used, plan[0])

@@ -86,9 +86,8 @@ def _tracks_in(path: Path, data: bytes) -> tuple[Track, ...]:
     ``{"tracks": [{"id": ..., "kind": ..., "samples": [[time_s, x_m, y_m], ...]}, ...]}``. The times of an id ascend.
     Between two places it goes straight at a constant speed; after its last one it stays.
 
-    Raises:
-        FileError: If a value is missing or not a number, times do not ascend, or somebody is faster than the shield
-            assumes; names the line or the key.
+    Raises FileError: if a value is missing or not a number, times do not ascend, or somebody is faster than the shield
+    assumes; names the line or the key.
     """
     is_json = path.suffix.lower() == ".json"
     hint = _JSON_HINT if is_json else _CSV_HINT

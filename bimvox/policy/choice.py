@@ -254,8 +254,7 @@ def _beginning(start_from: str) -> tuple[QNetwork | None, str | None]:
 def _nearest(site: Site, progress: Progress) -> PolicyInUse:
     """Return the stored policy of the most similar site.
 
-    Raises:
-        PolicyError: The store holds no policy of any site.
+    Raises PolicyError: the store holds no policy of any site.
     """
     near = store.nearest(outline_of(site))
     if not near:

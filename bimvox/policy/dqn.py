@@ -11,7 +11,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple, cast
@@ -134,8 +133,6 @@ class BatchDqn(DQN):
         seed: The same seed, environments and device give the same weights.
         trained: The networks, and what they learn from.
         device: Device of the networks and the replay memory, as torch names it.
-        seconds: Time limit over which the learning rate also falls; the weights then depend on the machine. By default
-            it falls over the budget alone.
         half: Whether to multiply in bfloat16; the weights stay in float32. Three times as fast on a processor with
             matrix units for it.
 
@@ -151,7 +148,6 @@ class BatchDqn(DQN):
         trained: Trained,
         *,
         device: str = "cpu",
-        seconds: float | None = None,
         half: bool = False,
     ) -> None:
         self.config = config
@@ -172,16 +168,9 @@ class BatchDqn(DQN):
         self._views: torch.Tensor | None = None
         self._images = trained.images
         self._drawn_images = torch.Generator(device=self.device).manual_seed(seed)
-        self._seconds = seconds
         self._half = half
-        self._began = time.monotonic()
         self._parameters = list(self.q_net.parameters())
         self._average = [parameter.detach().clone() for parameter in self._parameters]
-
-    @property
-    def seconds_used(self) -> float:
-        """How long the training has taken."""
-        return time.monotonic() - self._began
 
     def _on_step(self) -> None:
         """Leave the rest to ``_sample_action`` and ``train``."""
@@ -290,10 +279,8 @@ class BatchDqn(DQN):
         return torch.autocast(self.device.type, dtype=torch.bfloat16, enabled=self._half)
 
     def _set_rate(self) -> None:
-        """Set the learning rate by the used share of the budget or the time."""
+        """Set the learning rate by the used share of the budget."""
         done = self.num_timesteps / max(1, self._total_timesteps)
-        if self._seconds is not None:
-            done = max(done, self.seconds_used / self._seconds)
         for group in self.policy.optimizer.param_groups:
             group["lr"] = self.config.learning_rate_at(self.num_timesteps, done)
 

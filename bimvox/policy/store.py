@@ -308,8 +308,7 @@ def _read_manifest(place: Path) -> PolicyManifest:
 def _read(file: Path) -> bytes:
     """Return a file's bytes.
 
-    Raises:
-        PolicyError: It cannot be read, or is too large for a policy.
+    Raises PolicyError: it cannot be read, or is too large for a policy.
     """
     return read_input(file, _unreadable, most_bytes=LARGEST_FILE_BYTES, may_be_empty=True)
 

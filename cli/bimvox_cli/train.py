@@ -48,7 +48,7 @@ def train(
     ] = None,
 ) -> int:
     """Train the policy of a site and store it."""
-    from bimvox_pipeline.train.train import train as run
+    from bimvox_pipeline.train import train as run
 
     document = run(
         site,

@@ -8,6 +8,7 @@ import torch
 from paper_lessons import QUICK
 from paper_lessons import TINY as TINY_PAPER
 
+from benchmarks.train_generalist import Check, Run, train_generalist
 from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.problem import default_problem
 from bimvox.errors import PolicyError
@@ -15,7 +16,6 @@ from bimvox.paper.policy.learning import learn
 from bimvox.paper.policy.network import network_to_bytes
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.dqn import device_named, dqn_of_lifts, network_of
-from bimvox.policy.generalist.recipe import Check, Run, train_generalist
 from bimvox.policy.network import QNetwork
 from bimvox.policy.sb3_file import read_sb3_zip, write_sb3_zip
 from bimvox.policy.train import train

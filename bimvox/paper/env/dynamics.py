@@ -62,15 +62,10 @@ def _earned(
 ) -> float:
     """Return the reward of one action.
 
-    Args:
-        scheme: How actions are rewarded.
-        serial: S_i of the component in transit, from 1.
-        count: n.
-        distance: Moves to its target before the action.
-        next_distance: Moves to its target after the action.
-        bumped: Whether the move was blocked.
-        arrived: Whether the component was assembled.
-        late: Whether its step limit had been reached before.
+    ``scheme``: how actions are rewarded; ``serial``: s_i of the component in transit, from 1; ``distance``: moves to
+    its target before the action; ``next_distance``: moves to its target after the action; ``bumped``: whether the move
+    was blocked; ``arrived``: whether the component was assembled; ``late``: whether its step limit had been reached
+    before.
     """
     weights = scheme.weights
     if scheme.by_serial:

@@ -244,8 +244,7 @@ def _carrying_cells(beam: PaperComponent) -> set[IntVec]:
 def _check_spec(spec: PaperSpec) -> None:
     """Raise an error for an impossible site.
 
-    Raises:
-        ValueError: The message names the field.
+    Raises ValueError: the message names the field.
     """
     _check_shape(spec)
     _check_obstructions(spec)

@@ -37,12 +37,8 @@ def _scene_of_paths(
 ) -> Scene:
     """Return the scene of a site with the planned path and the final path.
 
-    Args:
-        picture: The site before the first move.
-        before_vox: Reference cells of the path of the basic policy.
-        after_vox: Reference cells of the path of the policy after the change; empty if there is none.
-        title: Upper left.
-        caption: Below the title.
+    ``picture``: the site before the first move; ``before_vox``: reference cells of the path of the basic policy;
+    ``after_vox``: reference cells of the path of the policy after the change; empty if there is none.
     """
     scene = paper_site_scene(picture)
     strokes = list(scene.strokes)

@@ -98,22 +98,24 @@ def test_the_map_by_hand():
     expected[4, 2, 3] = 2  # its target, k = 1..2
     np.testing.assert_array_equal(observation, expected)
 
-    play(env, [RIGHT, DOWN, UP, UP, DOWN])  # the first is assembled; the second hangs at (6, 0, 3), late
+    _, last = play(env, [RIGHT, DOWN, UP, UP, DOWN])  # the first is assembled; the second hangs at (6, 0, 3), late
     expected[6:8, 0, 0] = 0
     expected[3, 2, 2] = 0
     expected[4, 2, 4:] = 1
     expected[6, 0, 1:3] = (1, 4)
     expected[6, 2, 3] = 2
-    np.testing.assert_array_equal(env._observation(), expected)
+    np.testing.assert_array_equal(last[0], expected)
 
-    play(env, [FORWARD, FORWARD, DOWN, DOWN, UP, UP, BACKWARD])  # two are assembled; the beam hangs at (4, 5, 4)
+    _, last = play(
+        env, [FORWARD, FORWARD, DOWN, DOWN, UP, UP, BACKWARD]
+    )  # two are assembled; the beam hangs at (4, 5, 4)
     expected[6, 0, 1:3] = 0
     expected[4:7, 6, 0] = 0
     expected[[4, 6], 2, 4] = 1
     expected[[4, 6], 2, 5] = 2
     expected[4:7, 5, 1:3] = (1, 4)
     expected[4:7, 2, 3] = 3  # the beam's target, higher than the columns under it
-    np.testing.assert_array_equal(env._observation(), expected)
+    np.testing.assert_array_equal(last[0], expected)
 
 
 def test_shaped_and_sparse_rewards_by_hand():

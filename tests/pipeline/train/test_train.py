@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from bimvox_pipeline.train.train import train
+from bimvox_pipeline.train import train
 
 from bimvox.policy import store as policies
 from bimvox.policy.tensorboard import FILE_NAME
@@ -19,7 +19,7 @@ SCRIPT = """
 import sys
 from pathlib import Path
 from bimvox.progress import SilentProgress
-from bimvox_pipeline.train.train import train
+from bimvox_pipeline.train import train
 train(Path(sys.argv[1]), start_from="none", steps=int(sys.argv[2]), seed=5, progress=SilentProgress())
 """
 

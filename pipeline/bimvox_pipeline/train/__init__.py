@@ -1,1 +1,0 @@
-"""``bimvox train``."""
