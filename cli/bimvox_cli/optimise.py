@@ -141,7 +141,7 @@ def _show_all(console: Console, document: Mapping[str, Any]) -> None:
 
 def _machines(one: Mapping[str, Any]) -> str:
     given = "given: " if one.get("is_given") else ""
-    return given + one["machine"] + (f" + {one['second']['machine']}" if one["second"] else "")
+    return f"{given}{one['machine']}" + (f" + {one['second']['machine']}" if one["second"] else "")
 
 
 def _yard(one: Mapping[str, Any]) -> str:
