@@ -497,8 +497,8 @@ class _Inserter:
         axis = int(np.flatnonzero(move)[0])
         lower = tuple(min(int(n), int(n + by)) for n, by in zip(here, move, strict=True))
         offset = (lower[0] - int(self.target[0]), lower[1] - int(self.target[1]), lower[2] - int(self.target[2]))
-        known, own = self.contacts.steps, self.component.index
-        return any(known.is_blocked(own, n, offset, axis, is_near=True) for n in self.near) or bool(
+        step = self.component.index, np.array(offset) * self.step_m
+        return any(self.contacts.meets_on_move(*step, n, axis, 1, self.step_m, 1)[0] for n in self.near) or bool(
             self._struck_on(offset, axis)
         )
 
@@ -511,9 +511,9 @@ class _Inserter:
         bounds = self.contacts.bounds_m[self.others]
         near = (bounds[:, 0] <= high + self.step_m * np.eye(3)[axis] + self.gap_m).all(axis=1)
         near &= (bounds[:, 1] >= low - self.gap_m).all(axis=1)
-        return tuple(
-            n for n in self.others[near].tolist() if self.contacts.steps.is_blocked(own, n, offset, axis, is_near=False)
-        )
+        strikes = self.contacts.strikes_on_move
+        others = self.others[near].tolist()
+        return tuple(n for n in others if strikes(own, offset_m, n, axis, 1, self.step_m, 1)[0])
 
     def _over(self, point_m: NDArray[np.float64]) -> tuple[int, ...]:
         """Return which of the others may be above a point."""

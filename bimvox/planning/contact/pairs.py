@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.planning.contact.enclosed import enclosed
 from bimvox.planning.contact.erosion import eroded_triangles_m, pair_depths_m, thickness_m
-from bimvox.planning.contact.known_steps import KnownSteps
 from bimvox.planning.contact.sweep import blocked_steps, crossings_above
 from bimvox.planning.contact.triangle_object import collision_object
 from bimvox.planning.known_guides import KnownGuides
@@ -89,7 +88,6 @@ class Contacts:
         self._thickness_m = [thickness_m(solid.mesh) for solid in self.solids]
         self._eroded: dict[tuple[int, float], NDArray[np.float64]] = {}
         self.guides = KnownGuides()
-        self.steps = KnownSteps(self, site.frame.voxel_size_m)
         self._bvhs: dict[int, fcl.CollisionObject] = {}
         self.neighbours: tuple[tuple[int, ...], ...] = self._find_neighbours()
         self._ways_out_m: dict[tuple[int, int], NDArray[np.float64] | None] = {}
