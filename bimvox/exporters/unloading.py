@@ -49,7 +49,7 @@ _TRUCK = "truck"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class DeliverySite:
+class _DeliverySite:
     """The site of a delivery.
 
     Attributes:
@@ -65,7 +65,7 @@ class DeliverySite:
     nowhere: tuple[str, ...]
 
 
-def delivery_sites(log: PlanLog, config: SiteConfig) -> tuple[DeliverySite, ...]:
+def delivery_sites(log: PlanLog, config: SiteConfig) -> tuple[_DeliverySite, ...]:
     """Return the sites of all deliveries of a plan, in order.
 
     Args:
@@ -88,7 +88,7 @@ def delivery_sites(log: PlanLog, config: SiteConfig) -> tuple[DeliverySite, ...]
     return tuple(_delivery_site(log, config, number, load) for number, load in sorted(loads.items()))
 
 
-def _delivery_site(log: PlanLog, config: SiteConfig, number: int, load: Sequence[Lift]) -> DeliverySite:
+def _delivery_site(log: PlanLog, config: SiteConfig, number: int, load: Sequence[Lift]) -> _DeliverySite:
     """Return the site of one delivery; ``load`` are its lifts in order."""
     site = log.plan.site
     first = load[0].order
@@ -151,7 +151,7 @@ def _delivery_site(log: PlanLog, config: SiteConfig, number: int, load: Sequence
     )
     files = {f"{name}.site.toml": site_toml(own).encode(), f"{name}.ifc": model_ifc(name, [*bodies, *standing])}
     files |= config.machine_files
-    return DeliverySite(number + 1, files, len(bodies), tuple(nowhere))
+    return _DeliverySite(number + 1, files, len(bodies), tuple(nowhere))
 
 
 def _stored(site: Site, component: Component, place: YardPlace) -> TriangleMesh:

@@ -127,7 +127,7 @@ def _check_between(
     lifts = {lift.order: lift for lift in log.planned}
     time_ns = motion.start_ns + motion.loaded.time_ns
     hangs = np.concatenate(_hangs(log.plan.site, motion, lifts.get(motion.order), time_ns), axis=1)
-    off = np.abs(at_times(time_ns, shown_ns, shown) - hangs) / np.repeat([_SHOWN_M, _SHOWN_QUATERNION], [3, 4])
+    off = np.abs(_at_times(time_ns, shown_ns, shown) - hangs) / np.repeat([_SHOWN_M, _SHOWN_QUATERNION], [3, 4])
     worst = int(np.argmax(off.max(axis=1)))
     check.look(
         bool(off[worst].max() <= 1.0 + _ROUNDING),
@@ -136,14 +136,14 @@ def _check_between(
     )
 
 
-def allowed_off(axes: NDArray[np.float64]) -> NDArray[np.float64]:
+def _allowed_off(axes: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (N, 3) how far slew (rad), radius and height (m) of what is shown may be from the motion's axes."""
     allowed = np.full_like(axes, _SHOWN_M)
     allowed[:, 0] /= np.maximum(axes[:, 1], 1.0)
     return allowed
 
 
-def at_times(
+def _at_times(
     time_ns: NDArray[np.int64], shown_ns: NDArray[np.int64], shown: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return (N, K) the values at times on straight lines between shown ones ((M,) times, (M, K) values)."""
@@ -167,7 +167,7 @@ def check_commands(contents: Contents, log: PlanLog) -> Check:
     for motion in log.motions:
         crane = site.cranes[motion.crane]
         time_ns, axes = motion.samples()
-        allowed = allowed_off(axes)
+        allowed = _allowed_off(axes)
         if at_fixed_rate:
             most = np.array([axis.acceleration for axis in pose_limits(crane)])
             allowed = 2.0 * most * site.rules.sample_period_s**2 / 8.0 + _ROUNDING
@@ -314,11 +314,11 @@ def check_joint_states(contents: Contents, log: PlanLog) -> Check:
         if not ends or (np.diff(own_ns) <= 0).any() or not np.isin(own_ns, time_ns).all():
             check.look(False, f"{name}: its joint states are missing or have other times")
             continue
-        off = np.abs(at_times(time_ns, own_ns, axes) - wanted)
+        off = np.abs(_at_times(time_ns, own_ns, axes) - wanted)
         at_shown = np.isin(time_ns, own_ns)
         allowed = np.full_like(off, _SAME)
         if log.rate is LogRate.MOTION:
-            allowed[~at_shown] += allowed_off(wanted)[~at_shown]
+            allowed[~at_shown] += _allowed_off(wanted)[~at_shown]
         worst = int(np.argmax((off / allowed).max(axis=1)))
         good = bool((off <= allowed).all())
         if good:

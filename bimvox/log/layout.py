@@ -25,14 +25,14 @@ _UNITS = {"slewing": "rad", "trolley": "m", "luffing": "rad", "hoist": "m of rop
 _RATES = ("slew_rate_rad_s", "trolley_rate_m_s", "hoist_rate_m_s")
 
 
-def joint_panels(crane: TowerCrane, number: int = 0) -> tuple[str, ...]:
+def _joint_panels(crane: TowerCrane, number: int = 0) -> tuple[str, ...]:
     """Return the names of the panels that plot the joints of a crane."""
     return tuple(f"Plot!{_own(joint, number)}" for joint in joint_names(crane))
 
 
 def crane_panels(crane: TowerCrane, number: int = 0) -> tuple[str, ...]:
     """Return the names of all panels of a crane, from the top of the layout down."""
-    return (*joint_panels(crane, number), *(_own(panel, number) for panel in (RATE_PANEL, PHASE_PANEL, COMMAND_PANEL)))
+    return (*_joint_panels(crane, number), *(_own(panel, number) for panel in (RATE_PANEL, PHASE_PANEL, COMMAND_PANEL)))
 
 
 def foxglove_layout(site: Site) -> dict[str, Any]:

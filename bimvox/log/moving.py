@@ -95,12 +95,12 @@ def lift_streams(record: PlanLog, workers: Workers = ALONE) -> Iterator[Iterator
     yield (rows for lift in samples for rows in lift.samples)
 
 
-def _of_crane(lifts: Iterator[LiftMessages], number: int, n: int) -> Iterator[Rows]:
+def _of_crane(lifts: Iterator[_LiftMessages], number: int, n: int) -> Iterator[Rows]:
     """Yield the messages that one maker of a crane has made."""
     return (rows for lift in lifts if lift.crane == number for rows in lift.moving[n])
 
 
-class LiftMessages(NamedTuple):
+class _LiftMessages(NamedTuple):
     """All messages about a lift.
 
     Attributes:
@@ -120,7 +120,7 @@ _TOGETHER = 4
 """Lifts that a worker makes at once."""
 
 
-def _lifts(record: PlanLog, workers: Workers) -> Iterator[LiftMessages]:
+def _lifts(record: PlanLog, workers: Workers) -> Iterator[_LiftMessages]:
     """Return the messages about each lift, in the order in which they begin."""
     lifts = sorted(zip(record.planned, record.motions, strict=True), key=lambda one: (one[1].start_ns, one[1].order))
     parts = [lifts[first : first + _TOGETHER] for first in range(0, len(lifts), _TOGETHER)]
@@ -128,10 +128,10 @@ def _lifts(record: PlanLog, workers: Workers) -> Iterator[LiftMessages]:
     return chain.from_iterable(made)
 
 
-def _messages(site: Site, rate: LogRate, lifts: Sequence[tuple[Lift, LiftMotion]]) -> list[LiftMessages]:
+def _messages(site: Site, rate: LogRate, lifts: Sequence[tuple[Lift, LiftMotion]]) -> list[_LiftMessages]:
     """Return the messages about lifts."""
     return [
-        LiftMessages(
+        _LiftMessages(
             motion.crane,
             [rows_of([path_message(site, lift, motion.start_ns)])],
             _moving_rows(site, rate, lift, motion),

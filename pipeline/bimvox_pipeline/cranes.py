@@ -45,8 +45,8 @@ def cranes(site: Path | None, *, crane: str | None = None, progress: Progress) -
     progress.finish()
     return {
         "site": str(site),
-        "own": None if own is None else fit_document(own),
-        "machines": [fit_document(fit) for fit in fits],
+        "own": None if own is None else _fit_document(own),
+        "machines": [_fit_document(fit) for fit in fits],
         "seconds": progress.seconds,
     }
 
@@ -66,7 +66,7 @@ def _machine_document(machine: Machine) -> dict[str, Any]:
     }
 
 
-def fit_document(fit: CraneFit) -> dict[str, Any]:
+def _fit_document(fit: CraneFit) -> dict[str, Any]:
     """Return how a machine serves a site, for the JSON documents."""
     crane = fit.crane
     return {

@@ -66,14 +66,14 @@ def plan(
         progress.finish()
     assert made.policy is not None
     more: dict[str, Any] = {"retrained": made.retrained.to_dict()} if made.retrained is not None else {}
-    document = document_of(Planned(made.record.plan, made.motions), made.policy)
+    document = _document_of(Planned(made.record.plan, made.motions), made.policy)
     dates = log_dates(made.record)
     more |= {"calendar": dates.document() if dates else None}
     remarks = [remark.to_dict() for remark in made.remarks]
     return {**document, **more, "remarks": remarks, "log": str(target), "seconds": progress.seconds}
 
 
-def document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
+def _document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
     """Return the document of ``bimvox plan --json`` for a proven plan."""
     site = proven.plan.site
     motions = {motion.order: motion for motion in proven.motions}

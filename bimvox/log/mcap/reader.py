@@ -56,7 +56,7 @@ _BROKEN = (
 )
 
 
-class RepeatedError(ValueError):
+class _RepeatedError(ValueError):
     """Something that a log has once is in it twice: two readers could take different ones."""
 
 
@@ -117,7 +117,7 @@ class Contents:
             self.metadata[record.name] = record.metadata
         elif isinstance(record, Channel):
             if self.channels.setdefault(record.id, record.topic) != record.topic:
-                raise RepeatedError(f"channel {record.id} is {self.channels[record.id]!r} and {record.topic!r}")
+                raise _RepeatedError(f"channel {record.id} is {self.channels[record.id]!r} and {record.topic!r}")
         elif isinstance(record, Message):
             self._add_message(record.channel_id, record.sequence, record.log_time, record.data)
         elif isinstance(record, Chunk):
@@ -149,7 +149,7 @@ class Contents:
             self.messages.append(LogMessage(self.channels[channel], sequence, time_ns, data))
 
 
-class ChunkMessages(NamedTuple):
+class _ChunkMessages(NamedTuple):
     """The messages of a chunk, in order.
 
     Attributes:
@@ -171,7 +171,7 @@ class ChunkMessages(NamedTuple):
     end: NDArray[np.int64]
 
 
-def chunk_records(body: bytes) -> tuple[list[tuple[int, int, bytes]], ChunkMessages]:
+def chunk_records(body: bytes) -> tuple[list[tuple[int, int, bytes]], _ChunkMessages]:
     """Return the records of a chunk that are not messages, as (where it begins, kind, content), and its messages.
 
     The MCAP library makes an object of every record and is many times slower; logs have a million messages.
@@ -196,7 +196,7 @@ def chunk_records(body: bytes) -> tuple[list[tuple[int, int, bytes]], ChunkMessa
     if (ends - starts < _MESSAGE.itemsize).any():
         raise ValueError("a message is shorter than its head")
     heads = np.frombuffer(body, np.uint8)[starts[:, None] + np.arange(_MESSAGE.itemsize)].view(_MESSAGE)[:, 0]
-    return others, ChunkMessages(
+    return others, _ChunkMessages(
         heads["channel"],
         heads["sequence"],
         heads["time_ns"],
@@ -209,7 +209,7 @@ def chunk_records(body: bytes) -> tuple[list[tuple[int, int, bytes]], ChunkMessa
 
 def _insist_on_one(kind: str, name: str, known: Collection[str]) -> None:
     if name in known:
-        raise RepeatedError(f"the {kind} {name!r} is in it twice")
+        raise _RepeatedError(f"the {kind} {name!r} is in it twice")
 
 
 def read_file(path: Path) -> bytes:
@@ -243,7 +243,7 @@ def read_contents(data: bytes, name: Path | str, topics: frozenset[str] | None =
             contents.add(record)
             if isinstance(record, Footer):
                 _check_summary(data, record)
-    except RepeatedError as error:
+    except _RepeatedError as error:
         hint = "two readers could take different ones; ask its author for a log as bimvox writes it"
         raise LogFileError(name, str(error), hint=hint) from error
     except _BROKEN as error:

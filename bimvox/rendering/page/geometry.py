@@ -22,7 +22,7 @@ _FLAT_COS = 0.94
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Geometry:
+class _Geometry:
     """A shape on a lattice, its lowest corner at the origin.
 
     Attributes:
@@ -54,7 +54,7 @@ class Shapes:
         step_m: The finest lattice used.
     """
 
-    geometries: tuple[Geometry, ...]
+    geometries: tuple[_Geometry, ...]
     of_mesh: tuple[int, ...]
     low_m: NDArray[np.float64]
     step_m: float
@@ -65,7 +65,7 @@ def shapes_of(meshes: Sequence[TriangleMesh], budget_bytes: int) -> Shapes:
     for times in _COARSER:
         made = [geometry_of(mesh, times * FINEST_M) for mesh in meshes]
         found: dict[tuple[float, bytes, bytes], int] = {}
-        distinct: list[Geometry] = []
+        distinct: list[_Geometry] = []
         of_mesh = []
         for geometry in made:
             if geometry.key not in found:
@@ -79,7 +79,7 @@ def shapes_of(meshes: Sequence[TriangleMesh], budget_bytes: int) -> Shapes:
     return Shapes(tuple(distinct), tuple(of_mesh), low_m, times * FINEST_M)
 
 
-def geometry_of(mesh: TriangleMesh, step_m: float) -> Geometry:
+def geometry_of(mesh: TriangleMesh, step_m: float) -> _Geometry:
     """Return a mesh on a lattice of ``step_m``, or a coarser one if the mesh is too large for 16 bits."""
     low_m, high_m = mesh.bounds_m
     step_m = max(step_m, float((high_m - low_m).max()) / _STEPS)
@@ -91,7 +91,7 @@ def geometry_of(mesh: TriangleMesh, step_m: float) -> Geometry:
     corners = corners[(a != b) & (b != c) & (c != a)]
     _, first = np.unique(np.sort(corners, axis=1), axis=0, return_index=True)
     corners = corners[np.sort(first)]
-    return Geometry(step_m, points, corners.astype(np.uint32), _edges(points, corners).astype(np.uint32))
+    return _Geometry(step_m, points, corners.astype(np.uint32), _edges(points, corners).astype(np.uint32))
 
 
 def _edges(points: NDArray[np.uint16], faces: NDArray[np.int64]) -> NDArray[np.int64]:

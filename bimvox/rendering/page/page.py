@@ -39,7 +39,7 @@ def page_of(source: PageSource, live: str = "") -> bytes:
         "SUMMARY": escape(_summary(source)),
         "STYLE": style,
         "PROGRAM": program,
-        "DATA": pack(source),
+        "DATA": _pack(source),
     }
     head, *rest = text_of("page.html").split("{{")
     parts = [head]
@@ -49,7 +49,7 @@ def page_of(source: PageSource, live: str = "") -> bytes:
     return "".join(parts).encode()
 
 
-def pack(source: PageSource) -> str:
+def _pack(source: PageSource) -> str:
     """Return the data: base64 of gzip of the JSON's length (32 bits), the JSON, and the numbers, each aligned."""
     document, numbers = document_of(source)
     text = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()

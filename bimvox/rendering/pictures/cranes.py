@@ -96,7 +96,7 @@ class CraneParts:
     points_m: Vec
 
 
-def mast_lattice(base: Vec, width: float, top_m: float) -> tuple[_Lines, _Lines]:
+def _mast_lattice(base: Vec, width: float, top_m: float) -> tuple[_Lines, _Lines]:
     """Return chords and lacing of the mast: one diagonal per panel and side, alternating."""
     corners = [np.array([a, b, 0.0]) * width / 2.0 for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     height = top_m - base[2]
@@ -114,7 +114,7 @@ def mast_lattice(base: Vec, width: float, top_m: float) -> tuple[_Lines, _Lines]
     return chords, lacing
 
 
-def jib_lattice(foot: Vec, tip: Vec, aside: Vec, width: float, up: Vec = UP) -> tuple[_Lines, _Lines]:
+def _jib_lattice(foot: Vec, tip: Vec, aside: Vec, width: float, up: Vec = UP) -> tuple[_Lines, _Lines]:
     """Return chords and lacing of a jib with three chords, the upper one a panel shorter."""
     side, ridge = 0.35 * width * aside, 0.8 * width * up
     length = float(np.linalg.norm(tip - foot))
@@ -131,7 +131,7 @@ def jib_lattice(foot: Vec, tip: Vec, aside: Vec, width: float, up: Vec = UP) -> 
     return chords, lacing
 
 
-def crane_strokes(
+def _crane_strokes(
     ties: _Lines, lacing: _Lines, chords: _Lines, ropes: _Lines, width: float, thick: float
 ) -> tuple[Strokes, ...]:
     """Return the strokes of a crane: ties and ropes as thin lines, lacing and chords with a dark rim.
@@ -150,15 +150,15 @@ def crane_strokes(
     )
 
 
-def block_of(centre: Vec, along: Vec, aside: Vec, size: tuple[float, float, float], rgb: Rgb) -> Block:
+def _block_of(centre: Vec, along: Vec, aside: Vec, size: tuple[float, float, float], rgb: Rgb) -> Block:
     """Return a box from its centre, the directions of its edges in plan, and their lengths."""
     half = np.stack([along * size[0] / 2.0, aside * size[1] / 2.0, UP * size[2] / 2.0])
     return Block(centre, half, rgb)
 
 
-def hook_block(hook: Vec, along: Vec, aside: Vec) -> Block:
+def _hook_block(hook: Vec, along: Vec, aside: Vec) -> Block:
     """Return the hook block above the hook's point."""
-    return block_of(hook + UP * HOOK_BLOCK_M[2] / 2.0, along, aside, HOOK_BLOCK_M, CRANE)
+    return _block_of(hook + UP * HOOK_BLOCK_M[2] / 2.0, along, aside, HOOK_BLOCK_M, CRANE)
 
 
 # A crane whose jib luffs as lattice lines and a few boxes: a tower crane, or a mobile crane on its outriggers.
@@ -166,7 +166,7 @@ def hook_block(hook: Vec, along: Vec, aside: Vec) -> Block:
 _PADS = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 
 
-def luffing_parts(crane: TowerCrane, jib: LuffingJib, pose: CranePose, load_m: ArrayLike | None) -> CraneParts:
+def _luffing_parts(crane: TowerCrane, jib: LuffingJib, pose: CranePose, load_m: ArrayLike | None) -> CraneParts:
     """Return the lines and boxes of a crane whose jib luffs; see ``crane_parts``."""
     base, width, wide = np.array(crane.base_m), crane.mast_size_m, jib.width_m
     along = np.array([np.cos(pose.slew_rad), np.sin(pose.slew_rad), 0.0])
@@ -181,7 +181,7 @@ def luffing_parts(crane: TowerCrane, jib: LuffingJib, pose: CranePose, load_m: A
     apex = (
         axis - 0.5 * jib.tail_radius_m * along + UP * (0.22 * jib.length_m if crane.kind == "luffing" else 2.0 * wide)
     )
-    chords, lacing = jib_lattice(foot, tip, aside, wide, normal)
+    chords, lacing = _jib_lattice(foot, tip, aside, wide, normal)
     hook = tip.copy()
     hook[2] = pose.height_m
     falls = [(tip + s * 0.2 * wide * aside, hook + s * 0.1 * wide * aside) for s in (-1.0, 1.0)]
@@ -193,16 +193,16 @@ def luffing_parts(crane: TowerCrane, jib: LuffingJib, pose: CranePose, load_m: A
     blocks = _footing(crane, jib, base, along, aside, east, north)
     tail_m = max(0.8, jib.pivot_height_m - jib.tail_low_m)
     blocks += [
-        block_of(
+        _block_of(
             rear + along * 0.2 * jib.tail_radius_m + UP * (jib.tail_low_m + tail_m / 2.0 - jib.pivot_height_m),
             along, aside, (0.4 * jib.tail_radius_m, jib.tail_width_m, tail_m), CONCRETE,
         ),
-        hook_block(hook, along, aside),
+        _hook_block(hook, along, aside),
     ]  # fmt: skip
     if crane.kind == "luffing":
-        mast_chords, mast_lacing = mast_lattice(base, width, jib.pivot_height_m)
+        mast_chords, mast_lacing = _mast_lattice(base, width, jib.pivot_height_m)
         chords, lacing = chords + mast_chords, lacing + mast_lacing
-    strokes = crane_strokes(ties, lacing, chords + legs, falls + slings, wide, 0.06 * wide)
+    strokes = _crane_strokes(ties, lacing, chords + legs, falls + slings, wide, 0.06 * wide)
     return CraneParts(strokes, tuple(blocks), np.array([base, apex, tip, hook, rear]))
 
 
@@ -217,23 +217,23 @@ def _footing(
             np.array([base[0], base[1], jib.pivot_height_m]) + 0.5 * (jib.pivot_offset_m - jib.tail_radius_m) * along
         )
         return [
-            block_of(base + UP * 0.1 * width, east, north, (2.2 * width, 2.2 * width, 0.2 * width), CONCRETE),
-            block_of(centre, along, aside, platform, CRANE),
+            _block_of(base + UP * 0.1 * width, east, north, (2.2 * width, 2.2 * width, 0.2 * width), CONCRETE),
+            _block_of(centre, along, aside, platform, CRANE),
         ]
     pads = [
-        block_of(base + 0.46 * width * (a * east + b * north) + UP * 0.1, east, north, (1.0, 1.0, 0.2), CONCRETE)
+        _block_of(base + 0.46 * width * (a * east + b * north) + UP * 0.1, east, north, (1.0, 1.0, 0.2), CONCRETE)
         for a, b in _PADS
     ]
     beams = [
-        block_of(base + 0.46 * width * a * east + UP * 0.6, east, north, (0.4, 0.92 * width, 0.4), CRANE)
+        _block_of(base + 0.46 * width * a * east + UP * 0.6, east, north, (0.4, 0.92 * width, 0.4), CRANE)
         for a in (-1, 1)
     ]
     low = jib.tail_low_m
     return [
         *pads,
         *beams,
-        block_of(base + UP * 0.5 * (0.5 + low), east, north, (1.25 * width, 2.6, low - 0.4), CRANE_EDGE),
-        block_of(
+        _block_of(base + UP * 0.5 * (0.5 + low), east, north, (1.25 * width, 2.6, low - 0.4), CRANE_EDGE),
+        _block_of(
             base + UP * 0.5 * (low + jib.pivot_height_m), along, aside,
             (0.5 * width, jib.tail_width_m, jib.pivot_height_m - low), CRANE,
         ),
@@ -248,7 +248,7 @@ _BEYOND = 0.1
 def crane_parts(crane: TowerCrane, pose: CranePose, load_m: ArrayLike | None = None) -> CraneParts:
     """Return the lines and boxes of a crane; ``load_m`` are (N, 3) lifting points of the load, None without one."""
     if crane.luffing is not None:
-        return luffing_parts(crane, crane.luffing, pose, load_m)
+        return _luffing_parts(crane, crane.luffing, pose, load_m)
     base, width, top_m = np.array(crane.base_m), crane.mast_size_m, crane.jib_height_m
     along = np.array([np.cos(pose.slew_rad), np.sin(pose.slew_rad), 0.0])
     aside = np.array([-along[1], along[0], 0.0])
@@ -259,8 +259,8 @@ def crane_parts(crane: TowerCrane, pose: CranePose, load_m: ArrayLike | None = N
     tip = axis + along * (crane.jib_length_m + 0.5 * width)
     rear = axis - along * back
 
-    mast_chords, mast_lacing = mast_lattice(base, width, top_m)
-    jib_chords, jib_lacing = jib_lattice(axis + along * 0.5 * width, tip, aside, width)
+    mast_chords, mast_lacing = _mast_lattice(base, width, top_m)
+    jib_chords, jib_lacing = _jib_lattice(axis + along * 0.5 * width, tip, aside, width)
     side = 0.35 * width * aside
     deck = [(axis + s * side, rear + along * 0.05 * back + s * side) for s in (-1.0, 1.0)]
     legs = [(axis + 0.5 * width * (a * along + b * aside), apex) for a, b in ((-1, -1), (-1, 1), (1, -1), (1, 1))]
@@ -277,19 +277,19 @@ def crane_parts(crane: TowerCrane, pose: CranePose, load_m: ArrayLike | None = N
     falls = [(trolley + s * 0.18 * width * along, hook + s * 0.1 * width * along) for s in (-1.0, 1.0)]
     slings = [] if load_m is None else [(hook, point) for point in np.asarray(load_m, np.float64)]
     chords = mast_chords + jib_chords + deck + legs
-    strokes = crane_strokes(ties, mast_lacing + jib_lacing, chords, falls + slings, width, 0.08 * width)
+    strokes = _crane_strokes(ties, mast_lacing + jib_lacing, chords, falls + slings, width, 0.08 * width)
     blocks = (
-        block_of(base + UP * 0.1 * width, east, north, (2.2 * width, 2.2 * width, 0.2 * width), CONCRETE),
-        block_of(axis - UP * 0.15 * width, along, aside, (1.1 * width, 1.1 * width, 0.3 * width), CRANE),
-        block_of(
+        _block_of(base + UP * 0.1 * width, east, north, (2.2 * width, 2.2 * width, 0.2 * width), CONCRETE),
+        _block_of(axis - UP * 0.15 * width, along, aside, (1.1 * width, 1.1 * width, 0.3 * width), CRANE),
+        _block_of(
             axis + aside * 0.95 * width + along * 0.3 * width - UP * 0.75 * width,
             along, aside, (0.9 * width, 0.8 * width, 1.1 * width), (196, 206, 214),
         ),
-        block_of(
+        _block_of(
             rear + along * 0.1 * back - UP * 0.5 * width, along, aside, (0.2 * back, width, 1.3 * width), CONCRETE,
         ),
-        block_of(trolley, along, aside, (0.8 * width, 0.9 * width, 0.2 * width), CRANE_EDGE),
-        hook_block(hook, along, aside),
+        _block_of(trolley, along, aside, (0.8 * width, 0.9 * width, 0.2 * width), CRANE_EDGE),
+        _hook_block(hook, along, aside),
     )  # fmt: skip
     shown = axis + along * min(pose.radius_m + _BEYOND * crane.jib_length_m, crane.jib_length_m) + ridge
     return CraneParts(strokes, blocks, np.array([base, apex, shown, hook, axis - along * _BEYOND * back]))

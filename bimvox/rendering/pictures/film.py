@@ -125,7 +125,7 @@ def _paletted(frames: Iterator[NDArray[np.uint8]], palette: NDArray[np.uint8]) -
     whole = np.concatenate([palette, np.repeat(palette[:1], 256 - len(palette), axis=0)])
     before: NDArray[np.uint8] | None = None
     for pixels in frames:
-        index = nearest(pixels, palette)
+        index = _nearest(pixels, palette)
         shown = index if before is None else np.where(index == before, np.uint8(_CLEAR), index)
         before = index
         image = Image.fromarray(np.ascontiguousarray(shown, np.uint8), mode="P")
@@ -135,7 +135,7 @@ def _paletted(frames: Iterator[NDArray[np.uint8]], palette: NDArray[np.uint8]) -
 
 
 @kernel
-def nearest(pixels: NDArray[np.uint8], palette: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _nearest(pixels: NDArray[np.uint8], palette: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return the nearest colour of each pixel: (H, W, 3) and (N, 3) with N up to 255 -> (H, W) uint8.
 
     Exact; Pillow's own search merges neighbouring colours.

@@ -183,7 +183,7 @@ class Film:
             x, y, z = (int(n) for n in np.rint((corner_m - site.frame.corner_of((0, 0, 0))) / size_m))
             canvas.paint(component.shape.cells + np.array((x, y, z)), rgb, over=True)
             return [], top_corners_m(site, component, (x, y, z))
-        blocks = turned_boxes(component, corner_m, turn, site.frame.voxel_size_m, rgb)
+        blocks = _turned_boxes(component, corner_m, turn, site.frame.voxel_size_m, rgb)
         far = top_corners_m(site, component, (0, 0, 0)) - site.frame.corner_of((0, 0, 0))
         return blocks, corner_m + far @ rotation(turn).T
 
@@ -220,7 +220,7 @@ def rotation(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
     )
 
 
-def turned_boxes(
+def _turned_boxes(
     component: Component,
     corner_m: NDArray[np.float64],
     quaternion: NDArray[np.float64],

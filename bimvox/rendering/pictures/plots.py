@@ -27,7 +27,7 @@ Format = Literal["png", "svg"]
 
 
 @dataclass(frozen=True, slots=True)
-class LineLook:
+class _LineLook:
     """The look of one series."""
 
     colour: str
@@ -35,13 +35,13 @@ class LineLook:
     marker: str
 
 
-LINES: tuple[LineLook, ...] = (
-    LineLook("#4477AA", "-", "o"),
-    LineLook("#EE6677", "--", "s"),
-    LineLook("#228833", "-.", "^"),
-    LineLook("#CCBB44", ":", "D"),
-    LineLook("#AA3377", (0, (5, 1, 1, 1, 1, 1)), "v"),  # type: ignore[arg-type]
-    LineLook("#66CCEE", (0, (1, 1)), "x"),  # type: ignore[arg-type]
+LINES: tuple[_LineLook, ...] = (
+    _LineLook("#4477AA", "-", "o"),
+    _LineLook("#EE6677", "--", "s"),
+    _LineLook("#228833", "-.", "^"),
+    _LineLook("#CCBB44", ":", "D"),
+    _LineLook("#AA3377", (0, (5, 1, 1, 1, 1, 1)), "v"),  # type: ignore[arg-type]
+    _LineLook("#66CCEE", (0, (1, 1)), "x"),  # type: ignore[arg-type]
 )
 """Looks of the series in turn; they repeat after the last."""
 

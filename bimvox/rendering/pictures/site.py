@@ -54,7 +54,7 @@ def scene_of_site(site: Site) -> Scene:
     legend.append(LegendEntry(f"as designed ({len(site.components)})", ASSEMBLED, layer=Layer.ASSEMBLED))
     given = [component for component in site.components if component.start_vox is not None]
     for component in given:
-        shape, cell = given_place(component)
+        shape, cell = _given_place(component)
         canvas.paint(shape.cells + np.array(cell), UNBUILT, layer=Layer.UNBUILT)
         strokes.append(boxes_strokes(site, [(shape, cell)], START_BOX))
     if given:
@@ -156,7 +156,7 @@ def stored_cells(lift: Lift) -> NDArray[np.int32]:
     return cells
 
 
-def given_place(component: Component) -> tuple[Shape, IntVec]:
+def _given_place(component: Component) -> tuple[Shape, IntVec]:
     """Return shape and cell of a component whose place the site file gives."""
     assert component.start_vox is not None
     pose = component.stored_pose or storage_poses(component)[0]

@@ -101,7 +101,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "conditions": list(revision.conditions),
         "proof": proof_record(revision),
         "remarks": remark_records(revision),
-        "inputs": inputs_of(revision),
+        "inputs": _inputs_of(revision),
         "clashes": [
             {"first": c.first, "second": c.second, "depth_m": c.depth_m, "at_least": c.at_least}
             for c in revision.plan.clashes
@@ -323,7 +323,7 @@ def _deliveries(lifts: list[dict[str, Any]], dates: PlanDates | None) -> list[di
     ]
 
 
-def inputs_of(revision: Revision) -> list[dict[str, str]]:
+def _inputs_of(revision: Revision) -> list[dict[str, str]]:
     """Return all inputs of the plan with their hashes, in order of use."""
     site, metadata = revision.plan.site, revision.metadata
     rows = [("log", revision.log, revision.sha256)]

@@ -40,7 +40,7 @@ def describe_building(building: Building) -> dict[str, Any]:
         "roles": dict(Counter(element.role.value for element in building.elements)),
         "mass_t": round(sum(element.mass_kg for element in building.elements) / 1000, 3),
         "classes": _classes(building),
-        "kinds": [row.to_dict() for row in kinds_of(building)],
+        "kinds": [row.to_dict() for row in _kinds_of(building)],
         "storeys": _storeys(building),
         "bounds_m": rounded_m(world_m),
         "size_m": rounded_m(bounds_m[1] - bounds_m[0]),
@@ -60,7 +60,7 @@ def describe_building(building: Building) -> dict[str, Any]:
     }
 
 
-def kinds_of(building: Building) -> tuple[KindRow, ...]:
+def _kinds_of(building: Building) -> tuple[KindRow, ...]:
     """Return what the parts of a model are, by type, as its site file would have it by default."""
     from bimvox.site.config.site_config import ModelConfig, SiteConfig
     from bimvox.site.kind_rows import kind_rows

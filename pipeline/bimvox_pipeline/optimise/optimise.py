@@ -202,7 +202,7 @@ def optimise(
     folder = check_folder(out or default_output(site, "-set-ups"))
     searched = search_set_ups(opened, str(site), machines, effort, folder, progress)
     search = searched.search
-    plans = _Plans(opened, search, folder, Plant(backend, jobs, fresh), progress)
+    plans = _Plans(opened, search, folder, _Plant(backend, jobs, fresh), progress)
     chosen, planned = searched.planned(plans.of, effort)
     found = [*searched.found, *(one for one in chosen if one not in searched.found)]
     front = front_of(found)
@@ -259,7 +259,7 @@ def _as_linked(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, slots=True)
-class Plant:
+class _Plant:
     """What plans set-ups: the backend, the plans in parallel, and whether earlier ones are planned again."""
 
     backend: Backend
@@ -276,7 +276,7 @@ class _Plans:
         verified: Whether every plan is.
     """
 
-    def __init__(self, opened: Opened, search: Search, folder: Path, plant: Plant, progress: Progress) -> None:
+    def __init__(self, opened: Opened, search: Search, folder: Path, plant: _Plant, progress: Progress) -> None:
         self._opened, self._search, self._folder, self._plant, self._progress = opened, search, folder, plant, progress
         self.standing_h = float(search.work.standing_s.sum()) / 3600.0
         self.given: dict[str, Any] = {}

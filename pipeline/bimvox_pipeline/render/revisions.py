@@ -31,7 +31,7 @@ _NUMBER = re.compile(r"\.r(\d{4,})$")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Read:
+class _Read:
     """A revision as read.
 
     Attributes:
@@ -69,7 +69,7 @@ class Judged:
     remarks: tuple[Remark, ...]
 
 
-def read_revision(file: Path, progress: Progress) -> Read:
+def _read_revision(file: Path, progress: Progress) -> _Read:
     """Read a log.
 
     Raises:
@@ -81,10 +81,10 @@ def read_revision(file: Path, progress: Progress) -> Read:
     progress.stage("read")
     data = read_file(file)
     contents = read_contents(data, file)
-    return Read(file, hashlib.sha256(data).hexdigest(), contents, log_of(contents, file))
+    return _Read(file, hashlib.sha256(data).hexdigest(), contents, log_of(contents, file))
 
 
-def read_revisions(log: Path, progress: Progress) -> list[Read]:
+def _read_revisions(log: Path, progress: Progress) -> list[_Read]:
     """Read a log and the revisions of its plan next to it.
 
     Args:
@@ -98,16 +98,16 @@ def read_revisions(log: Path, progress: Progress) -> list[Read]:
     Raises:
         LogFileError: If ``log`` is damaged or not a bimvox log.
     """
-    own = read_revision(log, progress)
+    own = _read_revision(log, progress)
     number = _NUMBER.search(log.stem)
     whole = log.with_name(_NUMBER.sub("", log.stem) + log.suffix)
     limit = int(number.group(1)) if number else None
     files = {n: file for n, file in segments_on_disk(whole).items() if limit is None or n <= limit}
     chain = _Chain(own.record.plan.site.fixed_digest)
-    found: dict[int, Read] = {}
+    found: dict[int, _Read] = {}
     for revision, file in files.items():
         try:
-            read = own if file.name == log.name else read_revision(file, progress)
+            read = own if file.name == log.name else _read_revision(file, progress)
         except LogFileError as error:
             progress.note(f"{file.name} is left out: {error.message}")
             chain.cut()
@@ -120,16 +120,16 @@ def read_revisions(log: Path, progress: Progress) -> list[Read]:
     return [found[revision] for revision in sorted(found)]
 
 
-def read_whole_plan(log: Path, progress: Progress) -> Read:
+def read_whole_plan(log: Path, progress: Progress) -> _Read:
     """Read a log; for a segment of a watch, the whole plan of its revision.
 
     Raises:
         LogFileError: If it is damaged or not a bimvox log.
     """
-    own = read_revision(log, progress)
+    own = _read_revision(log, progress)
     if not own.record.context or _NUMBER.search(log.stem) is None:
         return own
-    return read_revisions(log, progress)[-1]
+    return _read_revisions(log, progress)[-1]
 
 
 class _Chain:
@@ -143,7 +143,7 @@ class _Chain:
         """Drop the base: segments after an unusable one depend on it."""
         self._newest = None
 
-    def put(self, read: Read) -> Read | None:
+    def put(self, read: _Read) -> _Read | None:
         """Return the whole plan of a segment's revision; None if its base is missing."""
         from bimvox.log.segments import first_plan_of, newest
 
@@ -157,7 +157,7 @@ class _Chain:
         if self._newest is None or first_plan_of(record) != first_plan_of(self._newest):
             return None
         self._newest = newest(self._newest, [record])
-        return Read(read.file, read.sha256, None, _without_pending(self._newest))
+        return _Read(read.file, read.sha256, None, _without_pending(self._newest))
 
 
 def _without_pending(record: PlanLog) -> PlanLog:
@@ -167,7 +167,7 @@ def _without_pending(record: PlanLog) -> PlanLog:
 
 
 def revisions_of(
-    found: list[Read], proven: bool, progress: Progress, known: dict[JudgedAs, Judged] | None = None
+    found: list[_Read], proven: bool, progress: Progress, known: dict[JudgedAs, Judged] | None = None
 ) -> Iterator[Revision]:
     """Yield the read logs as revisions of a plan.
 
@@ -209,7 +209,7 @@ def revisions_of(
         )
 
 
-def _judged(read: Read, proven: bool, progress: Progress) -> Judged:
+def _judged(read: _Read, proven: bool, progress: Progress) -> Judged:
     record, proof = require_sense(read.record, read.file), None
     if proven:
         if read.contents is None:
@@ -253,7 +253,7 @@ def source_of_log(
     """
     from bimvox.rendering.page.source import PageSource
 
-    found = read_revisions(log, progress)
+    found = _read_revisions(log, progress)
     if not found[-1].record.all_lifts:
         raise InputError(f"{log}: the log has no lifts", hint="bimvox plan SITE writes a log with lifts")
     left_out = max(0, len(found) - _REVISIONS)

@@ -131,7 +131,7 @@ _LAST_LOG_S = 60.0
 _NEWS_S = 10.0
 
 
-class Job:
+class _Job:
     """A process that plans or watches a site.
 
     Args:
@@ -245,7 +245,7 @@ class Jobs:
 
     def __init__(self, folder: Folder) -> None:
         self._folder = folder
-        self._jobs: dict[str, Job] = {}
+        self._jobs: dict[str, _Job] = {}
         self._lock = threading.Lock()
         self._next = 1
 
@@ -270,12 +270,12 @@ class Jobs:
             if any(job.is_running and job.site == site for job in self._jobs.values()):
                 raise InputError(f"{site.name} is being planned or watched already", hint="wait for it, or end it")
             number, self._next = str(self._next), self._next + 1
-            self._jobs[number] = Job(kind, self._folder, site, speed)
+            self._jobs[number] = _Job(kind, self._folder, site, speed)
             for old in [name for name, job in self._jobs.items() if not job.is_running][:-_KEPT]:
                 del self._jobs[old]
             return number
 
-    def job(self, number: str) -> Job:
+    def job(self, number: str) -> _Job:
         """Return the process of a number.
 
         Raises:

@@ -22,7 +22,7 @@ from bimvox_pipeline.studio.setup import impossible
 _MOST = 10_000
 
 
-class BoxSetup(Table):
+class _BoxSetup(Table):
     """A box, in metres of the site."""
 
     id: Text
@@ -30,10 +30,10 @@ class BoxSetup(Table):
     max: Point3
 
 
-class Boxes(Table):
+class _Boxes(Table):
     """All boxes of a site."""
 
-    obstructions: Annotated[tuple[BoxSetup, ...], Field(max_length=_MOST)] = ()
+    obstructions: Annotated[tuple[_BoxSetup, ...], Field(max_length=_MOST)] = ()
 
 
 def file_of(site: Path) -> Path:
@@ -72,11 +72,11 @@ def write_boxes(site: Path, values: object, sha256: object = None) -> dict[str, 
         ObstructionFileError: If the file there cannot be used.
     """
     try:
-        boxes = Boxes.model_validate({"obstructions": values}).obstructions
+        boxes = _Boxes.model_validate({"obstructions": values}).obstructions
         for one in boxes:
             BoxEntry(min=one.min, max=one.max)
     except ValidationError as error:
-        raise impossible(error, Boxes, "the obstructions") from None
+        raise impossible(error, _Boxes, "the obstructions") from None
     file = file_of(site)
     with alone_in(site.parent):
         document, found = _document(file)

@@ -39,7 +39,7 @@ class CraneSetup(_Part):
     falls: Annotated[int, Field(ge=1, le=100)] | None = None
 
 
-class ZoneSetup(_Part):
+class _ZoneSetup(_Part):
     """A zone, as in the site file."""
 
     name: str | None = None
@@ -50,7 +50,7 @@ class ZoneSetup(_Part):
     highest_hook_m: float | None = None
 
 
-class KindSetup(_Part):
+class _KindSetup(_Part):
     """What the parts of a type are, and how they get to their places."""
 
     select: str
@@ -65,9 +65,9 @@ class Setup(_Part):
     yard: tuple[Polygon, ...] = ()
     access: tuple[Polygon, ...] = ()
     construction: Polygon | tuple[()] = ()
-    zones: Annotated[tuple[ZoneSetup, ...], Field(max_length=1000)] = ()
+    zones: Annotated[tuple[_ZoneSetup, ...], Field(max_length=1000)] = ()
     means: Annotated[dict[str, str], Field(max_length=_MOST)] = {}  # pydantic copies it
-    kinds: Annotated[tuple[KindSetup, ...], Field(max_length=1000)] | None = None
+    kinds: Annotated[tuple[_KindSetup, ...], Field(max_length=1000)] | None = None
     """Of types; those in files of kinds stay as they are. None: the site file's."""
     part_kinds: Annotated[dict[str, str], Field(max_length=_MOST)] = {}
     """Of parts for which the site file says it, or is to say it."""
@@ -202,14 +202,14 @@ def with_setup(
     return made
 
 
-def _kind(number: int, wanted: KindSetup) -> KindConfig:
+def _kind(number: int, wanted: _KindSetup) -> KindConfig:
     try:
         return KindConfig.model_validate(wanted.model_dump(exclude_none=True))
     except ValidationError as error:
         raise impossible(error, KindConfig, f"type {number}") from None
 
 
-def _zone(number: int, zone: ZoneSetup) -> ZoneConfig:
+def _zone(number: int, zone: _ZoneSetup) -> ZoneConfig:
     values = {key: value for key, value in zone.model_dump().items() if value is not None and value != ""}
     try:
         return ZoneConfig.model_validate(values)

@@ -44,7 +44,7 @@ _IN_WORDS = {
 }
 
 
-def state_of(config: SiteConfig, model_sha256: str, obstructions: Iterable[Blocker]) -> dict[str, str]:
+def _state_of(config: SiteConfig, model_sha256: str, obstructions: Iterable[Blocker]) -> dict[str, str]:
     """Return the digests of all that a plan follows from, by what people call it.
 
     Args:
@@ -125,7 +125,7 @@ class PlanOnDisk:
         if self.record.plan.site.source["sha256"] != opened.building.source.sha256:
             return [_MODEL]
         try:
-            shown = state_of(opened.with_setup(wanted), opened.building.source.sha256, self._there(obstructions))
+            shown = _state_of(opened.with_setup(wanted), opened.building.source.sha256, self._there(obstructions))
         except InputError:
             return ["the set-up"]  # nothing can be planned with it
         if (planned := self._state(opened)) is None:
@@ -141,7 +141,7 @@ class PlanOnDisk:
                 text = given.get(SITE_FILE, b"").decode("utf-8-sig")
                 config = parse_site_config(text, opened.site, files, attached_programme(self.record))
                 config = complete_config(config, opened.building)
-                self._states.append(state_of(config, model_sha256, self.record.plan.site.blockers))
+                self._states.append(_state_of(config, model_sha256, self.record.plan.site.blockers))
             except (BimvoxError, UnicodeDecodeError):
                 self._states.append(None)
         return self._states[0]

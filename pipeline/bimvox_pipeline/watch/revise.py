@@ -52,7 +52,7 @@ class Change:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Revised:
+class _Revised:
     """A part of a revision that is on disk.
 
     Attributes:
@@ -91,7 +91,7 @@ class Reviser:
         """Encode the site, so that only the differences of later ones have to be encoded."""
         self._sites = SiteWriter(site)
 
-    def revise(self, change: Change) -> Generator[Revised, None, None]:
+    def revise(self, change: Change) -> Generator[_Revised, None, None]:
         """Revise the plan part by part; a part is on disk before it is yielded.
 
         Raises:
@@ -114,7 +114,7 @@ class Reviser:
         )
         with self._workers.knowing(change.site):
             for part in revise(plan.current, request, known_shapes=self.known_shapes, on_verdict=making.note_verdict):
-                yield Revised(part, making.write(part))
+                yield _Revised(part, making.write(part))
 
     def _site_bytes(self, site: Site) -> Callable[[], bytes]:
         if self._sites is None:

@@ -92,7 +92,7 @@ def watch(
         watcher = Watcher(plan, preparation, obstructions, progress, clock, workers)
         with workers.knowing(*constants_of(loaded.site, preparation)):
             if traffic is not None and how.speed is not None:
-                yield from among_others(watcher, preparation, traffic, how.speed)
+                yield from _among_others(watcher, preparation, traffic, how.speed)
                 return
             watcher.retrain(how.retrain)
             if server is not None:
@@ -115,7 +115,7 @@ def _prepared(target: Path, loaded: LoadedSite, progress: Progress, workers: Wor
     return replace(loaded, site=site), preparation
 
 
-def among_others(
+def _among_others(
     watcher: Watcher, preparation: Preparation, traffic: NamedTraffic, speed: float
 ) -> Iterator[dict[str, Any]]:
     """Make the plan or take it from the disk, then carry it out among people and vehicles; see ``watch``."""
