@@ -100,9 +100,7 @@ def greedily(site: Any) -> Any:
 
 def ways_row(name: str, site: Any) -> str:
     """Return the row of the second table: seconds saved by each way, and at most, of a site with one crane."""
-    from bimvox.planning.order.choose_order import travel_of
-    from bimvox.planning.order.faster_order import BUDGET, COOL_S, WARM_S, FasterOrder
-    from bimvox.planning.order.local_search import searched
+    from bimvox.planning.order.faster_order import BUDGET, COOL_S, WARM_S, FasterOrder, searched, travel_of
     from bimvox.planning.order.makespan import makespan_s
     from bimvox.planning.order.sequence import Sequencer
     from bimvox.planning.order_search import prepare

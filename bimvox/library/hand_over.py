@@ -12,8 +12,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.planning.other_cranes import could_lift
 from bimvox.planning.preparation import Preparation
+from bimvox.planning.stage import could_lift
 from bimvox.records.lift import LiftPlan
 from bimvox.site.build import with_digests
 from bimvox.site.component import Component

@@ -22,8 +22,7 @@ from bimvox.planning.assembly import Assembly
 from bimvox.planning.one_lift import plan_lift, searched_at, unplanned_lift
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.search import shortest_path
-from bimvox.planning.stage import Obstacle, Stage
-from bimvox.planning.turning import turning_stage
+from bimvox.planning.stage import Obstacle, Stage, turning_stage
 from bimvox.progress import Progress
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.over_time import begins_ns, epochs_of

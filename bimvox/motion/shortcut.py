@@ -27,9 +27,8 @@ from bimvox.errors import PlanningError
 from bimvox.motion.move import Line, Move, axes_of, line_time_s, move_time_s, share_limits
 from bimvox.motion.swept import HookEnd, LoadFrame, axes_of_cells, in_cell, line_is_free
 from bimvox.motion.swing import RiggedCrane
-from bimvox.planning.roomy_path import with_room
 from bimvox.planning.search import all_free
-from bimvox.planning.shorten_path import straightened
+from bimvox.planning.shorten_path import straightened, with_room
 from bimvox.site.collision import CollisionSpace, free_up_to, placement_is_free
 
 # The hook's way around obstacles at one height (A* over turns), and the fastest chain of joint lines.

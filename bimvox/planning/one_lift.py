@@ -17,8 +17,7 @@ from bimvox.grid.bricks import distinct
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.propose import Propose, ProposedGreedily
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
-from bimvox.planning.stage import Obstacle, Stage
-from bimvox.planning.turning import turning_stage
+from bimvox.planning.stage import Obstacle, Stage, turning_stage
 from bimvox.records.lift import Lift, Method, Status, YardPlace
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import IntVec

@@ -16,8 +16,7 @@ from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.planning.one_lift import plan_lift, proposed_again, unplanned_lift
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.rounds import Refusals, Refused
-from bimvox.planning.stage import Obstacle, Stage
-from bimvox.planning.turning import turning_stage
+from bimvox.planning.stage import Obstacle, Stage, turning_stage
 from bimvox.proof.footprint import CellMask, Footprint, MotionFootprint, examined_by, jib_meets, motion_footprint
 from bimvox.records.lift import NOT_LIFTED, Lift, Status
 from bimvox.records.motion import LiftMotion

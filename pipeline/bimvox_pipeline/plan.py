@@ -16,7 +16,7 @@ from bimvox.library.site import load_site, read_obstructions
 from bimvox.log.dates import log_dates
 from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
 from bimvox.motion.steps import steps_of
-from bimvox.planning.refusal import refused_by_crane
+from bimvox.planning.stage import refused_by_crane
 from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
 from bimvox.records.lift import LiftPlan, infeasible_among

@@ -19,8 +19,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.travel import Travel
 from bimvox.planning.best_place import SAME_S
 from bimvox.planning.stacks import is_stacked
-from bimvox.planning.truckload import Truckload
-from bimvox.planning.yard import gap_vox, storage_poses
+from bimvox.planning.yard import Truckload, gap_vox, storage_poses
 from bimvox.site.component import Component
 from bimvox.site.config.site_config import Polygon, SiteConfig
 from bimvox.site.extent import top_m
