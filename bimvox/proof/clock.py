@@ -1,13 +1,193 @@
-"""The proof that lifts follow each other on the site's clock, also where a log does not carry all of them."""
+"""The proof of times: lifts follow each other, the crew gets its time, a stop has a cause, phases have their names."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
-from bimvox.proof.durations import least_ns
+import numpy as np
+from numpy.typing import NDArray
+
 from bimvox.records.lift import Lift, LiftPlan, Status
-from bimvox.records.motion import LiftMotion
+from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.proof import Check
+from bimvox.site.component import Component
+from bimvox.site.site import HeadingRule, Rules
+from bimvox.site.work import work_of
+
+_TRIAL_LIFT_S = 10.0
+
+
+def _least_ns(rules: Rules, component: Component) -> int:
+    """Return the least time of a lift: that of the crew, without any motion of the crane."""
+    tag_lines = rules.heading is HeadingRule.KEPT
+    return round((_TRIAL_LIFT_S + sum(_asked_s(rules, component, tag_lines=tag_lines))) * 1e9)
+
+
+def check_durations(
+    check: Check, name: str, rules: Rules, component: Component, motion: LiftMotion, *, tag_lines: bool = True
+) -> None:
+    """Check that the crew has the time of the rules to hook on, check the raised part, set it and release it.
+
+    The rules give these times by the part's class of work, or one value for all classes. A load without tag lines turns
+    with the jib.
+    """
+    hook_on_s, brace_s, hook_off_s = _asked_s(rules, component, tag_lines=tag_lines)
+    given_ns = {
+        phase: sum(p.end_ns - p.start_ns for p in motion.phases if p.name is phase)
+        for phase in (PhaseName.HOOK_ON, PhaseName.RAISE, PhaseName.SET, PhaseName.RELEASE)
+    }
+    given_ns[PhaseName.RAISE] -= int(motion.raising.time_ns[-1] - motion.raising.time_ns[0])
+    for phase, act, wanted_s in (
+        (PhaseName.HOOK_ON, "hooking on", hook_on_s),
+        (PhaseName.RAISE, "the trial lift", _TRIAL_LIFT_S),
+        (PhaseName.SET, "setting", brace_s),
+        (PhaseName.RELEASE, "releasing", hook_off_s),
+    ):
+        check.look(
+            given_ns[phase] >= round(wanted_s * 1e9),
+            f"{name}: {act} takes {given_ns[phase] / 1e9:.6g} s; the rules ask for {wanted_s:g} s "
+            f"({work_of(component)})",
+        )
+
+
+def _asked_s(rules: Rules, component: Component, *, tag_lines: bool) -> tuple[float, float, float]:
+    """Return what the rules ask for hooking on, setting and releasing a part, seconds.
+
+    Tag lines are fixed while the part is hooked on, and taken off with the slings.
+    """
+    own = getattr(rules.times, work_of(component))
+    brace_s = own.brace_s if rules.bracing_s is None else rules.bracing_s
+    release_s = own.release_s if rules.release_s is None else rules.release_s
+    tag_line_s = own.tag_line_s if tag_lines else 0.0
+    return own.sling_s + tag_line_s, brace_s, release_s + tag_line_s
+
+
+_HOLD_S = 10.0
+"""Tag lines bring a load to rest in this time; nominal."""
+_PAUSE_S = 1.0
+"""An empty hook is at rest for this long before it moves again."""
+_STILL = 1e-6
+"""An axis that moves by less, rad or m, is at rest."""
+
+
+def check_stops(check: Check, plan: LiftPlan, motions: Sequence[LiftMotion]) -> None:
+    """Check every phase called stop: the obstructions changed before it, and at its end the crane has held still.
+
+    After it, the proof of the swing takes the load to hang at rest. What is stopped for good may still swing.
+
+    Args:
+        check: Receives the result.
+        plan: The plan, with its past obstructions.
+        motions: Its motions.
+    """
+    changes_ns = [epoch.until_ns for epoch in plan.history]
+    for motion in motions:
+        part = plan.site.components[motion.component]
+        check.about, name = part.id, f"lift {motion.number} ({part.label})"
+        for begins_ns, ends_ns in motion.stops_ns:
+            caused = any(change_ns <= begins_ns for change_ns in changes_ns)
+            at = f"at {begins_ns / 1e9:.3f} s"
+            check.look(caused, f"{name}: it is stopped {at}, but the obstructions do not change before that")
+            still_s = _still_s(motion, begins_ns, ends_ns)
+            is_empty = ends_ns <= motion.hooked_ns or begins_ns >= motion.released_ns
+            least_s = _PAUSE_S if is_empty else _HOLD_S
+            check.look(
+                still_s >= least_s - 1e-6 or ends_ns == motion.end_ns,
+                f"{name}: it is stopped {at}, and held still for {still_s:.3g} s; {least_s:g} s bring it to rest",
+            )
+    check.about = None
+
+
+def _still_s(motion: LiftMotion, begins_ns: int, ends_ns: int) -> float:
+    """Return for how long no axis has moved at the end of a stop."""
+    times_ns, axes = motion.samples()
+    rest = np.array([np.interp(ends_ns, times_ns, axis) for axis in axes.T])
+    inside = (times_ns >= begins_ns) & (times_ns <= ends_ns)
+    moves = inside & (np.abs(axes - rest).max(axis=1) > _STILL)
+    if not moves.any():
+        return (ends_ns - begins_ns) / 1e9
+    after = times_ns[int(np.flatnonzero(moves)[-1]) + 1 :]
+    return (ends_ns - int(after[0])) / 1e9 if len(after) and after[0] <= ends_ns else 0.0
+
+
+# The proof that the phases of a carried load say what the crane does in them.
+#
+# Hoist lasts until slewing or trolleying begins, and traverse begins then. Lower begins with the final lowering, and
+# goes
+# down until the load is at its place. Where a stop interrupts them, the same holds for what follows it.
+
+_LATE_S = 2.0
+"""A move that accelerates from rest, or comes to rest, stays within ``_STILL`` for less than this."""
+_CARRYING = (PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER)
+
+
+def check_phase_names(check: Check, name: str, motion: LiftMotion) -> None:
+    """Check hoist, traverse and lower of a lift by the samples of its loaded motion."""
+    last: Phase | None = None
+    for phase, time_s, axes in _sampled_phases(motion):
+        last = phase
+        at_s = phase.start_ns / 1e9
+        if phase.name is PhaseName.HOIST:
+            good = _still_until(axes[:, :2]) == len(axes)
+            check.look(good, f"{name}: it slews or trolleys in its phase hoist, which begins at {at_s:.3f} s")
+        elif phase.name is PhaseName.TRAVERSE:
+            late_s = float(time_s[_still_until(axes[:, :2]) - 1] - time_s[0])
+            check.look(
+                late_s <= _LATE_S,
+                f"{name}: in its phase traverse, which begins at {at_s:.3f} s, it slews or trolleys "
+                f"only after {late_s:.1f} s",
+            )
+        else:
+            height_m = np.minimum.accumulate(axes[:, 2])
+            rises = float((axes[:, 2] - height_m).max())
+            check.look(rises <= _STILL, f"{name}: it is hoisted in its phase lower, which begins at {at_s:.3f} s")
+            waits_s = _longest_level_s(time_s, height_m) if rises <= _STILL else 0.0
+            check.look(
+                waits_s <= _LATE_S,
+                f"{name}: in its phase lower, which begins at {at_s:.3f} s, it is not lowered for {waits_s:.1f} s",
+            )
+    if last is not None and last.name is not PhaseName.LOWER and _is_followed_by_set(motion, last):
+        down_s = _lowered_last_s(motion)
+        check.look(
+            down_s <= _LATE_S, f"{name}: it is lowered for {down_s:.1f} s before it is set, in its phase {last.name}"
+        )
+
+
+def _sampled_phases(motion: LiftMotion) -> Iterator[tuple[Phase, NDArray[np.float64], NDArray[np.float64]]]:
+    """Yield the carrying phases with the times and axes of the samples in them; those without samples are left out."""
+    time_ns = motion.loaded.time_ns + motion.start_ns
+    for phase in motion.phases:
+        inside = (time_ns >= phase.start_ns) & (time_ns <= phase.end_ns)
+        if phase.name in _CARRYING and inside.any():
+            yield phase, time_ns[inside] / 1e9, motion.loaded.axes[inside]
+
+
+def _still_until(axes: NDArray[np.float64]) -> int:
+    """Return how many samples from the first one are where it is."""
+    moved = (np.abs(axes - axes[0]) > _STILL).any(axis=1)
+    return int(np.argmax(moved)) if moved.any() else len(axes)
+
+
+def _longest_level_s(time_s: NDArray[np.float64], height_m: NDArray[np.float64]) -> float:
+    """Return the longest time between samples that do not descend; the heights never rise."""
+    after = np.searchsorted(-height_m, _STILL - height_m, side="right")
+    return float((time_s[after - 1] - time_s).max())
+
+
+def _is_followed_by_set(motion: LiftMotion, last: Phase) -> bool:
+    return any(phase.name is PhaseName.SET and phase.start_ns == last.end_ns for phase in motion.phases)
+
+
+def _lowered_last_s(motion: LiftMotion) -> float:
+    """Return for how long the load is only lowered at the end of its way; 0 if it is also hoisted there."""
+    time_s, axes = motion.loaded.time_ns / 1e9, motion.loaded.axes[::-1]
+    straight = _still_until(axes[:, :2])
+    upward_m = np.diff(axes[:straight, 2], prepend=axes[0, 2])
+    if (upward_m < -_STILL).any() or upward_m.sum() <= _STILL:
+        return 0.0
+    level = _still_until(axes[:straight, 2:][::-1])
+    return float(time_s[-1] - time_s[len(time_s) - straight + level - 1])
+
 
 _MOST_NS = 86_400_000_000_000
 """A lift that a log does not carry takes at most this long, in addition to the crew's time and waiting."""
@@ -29,7 +209,7 @@ def check_clock(check: Check, plan: LiftPlan, motions: Sequence[LiftMotion], con
     planned = [lift for lift in (*plan.lifts, *context) if lift.status is Status.PLANNED]
     planned.sort(key=lambda lift: lift.order)
     crew_ns = {
-        lift.order: least_ns(site.rules, site.components[lift.component])
+        lift.order: _least_ns(site.rules, site.components[lift.component])
         for lift in planned
         if lift.order not in by_order
     }

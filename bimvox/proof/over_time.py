@@ -11,11 +11,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from bimvox.proof.clock import check_clock
+from bimvox.proof.clock import check_clock, check_stops
 from bimvox.proof.motion import verify_motions, verify_together
 from bimvox.proof.plan import verify_plan
 from bimvox.proof.space import ALWAYS_NS
-from bimvox.proof.stops import check_stops
 from bimvox.records.lift import LOAD_IS_HELD, Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, Verification

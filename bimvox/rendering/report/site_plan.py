@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from bimvox.crane.outline import outline_of
 from bimvox.grid.frame import Label
-from bimvox.proof.racks import frames_of
+from bimvox.proof.storage import frames_of
 from bimvox.records.lift import Status
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.exclusion import below_load, fall_zone
