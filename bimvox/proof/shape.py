@@ -12,7 +12,7 @@ from bimvox.compiled import kernel
 from bimvox.grid.frame import GridFrame
 from bimvox.kept import kept
 from bimvox.proof.bodies.filled import unfilled
-from bimvox.proof.bodies.solid import corner_numbers, is_matched, pieces_of
+from bimvox.proof.bodies.solid import are_edges_matched, corner_numbers, pieces_of
 from bimvox.records.proof import Check
 from bimvox.site.component import Component, IntVec
 from bimvox.site.means import Means
@@ -90,7 +90,7 @@ def _check_cells(
     reaches = (first < np.floor(low - border)).any() or (last + 1 > np.floor(high + border) + 1).any()
     check.look(not reaches, f"{name}: its cells reach further than its surface")
     empty = unfilled(dense, touched, mesh, corners, border)
-    if len(empty) and may_be_open and not is_matched(corner_numbers(mesh)):
+    if len(empty) and may_be_open and not are_edges_matched(corner_numbers(mesh)):
         check.undecided.append(
             f"{name}: its mesh is open and does not fill its cells: {len(empty)} of {len(cells)} count as they are"
         )
@@ -225,6 +225,6 @@ def volumes_of(mesh: TriangleMesh) -> _Volumes:
     numbers = corner_numbers(mesh)
     volumes_m3 = np.bincount(pieces_of(numbers), np.linalg.det(triangles - mesh.bounds_m.mean(axis=0)) / 6.0)
     most_m3 = float(np.abs(volumes_m3).sum())
-    if not is_matched(numbers) or most_m3 <= _THINNEST_M * area_m2 / 2.0:
+    if not are_edges_matched(numbers) or most_m3 <= _THINNEST_M * area_m2 / 2.0:
         return _Volumes(0.0, np.inf, area_m2)
     return _Volumes(abs(float(volumes_m3.sum())), most_m3, area_m2)

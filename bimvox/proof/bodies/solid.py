@@ -281,7 +281,7 @@ def solid_of(mesh: TriangleMesh, tolerance_m: float) -> Solid:
         tree.boxes_m,
         tree.spans,
         np.stack([low + least, high - least]),
-        is_matched(corner_numbers(mesh)),
+        are_edges_matched(corner_numbers(mesh)),
         float(np.average(tree.thick_m, weights=tree.areas_m2)),
         np.zeros((0, 3)),
         _ends(tree.corners_m, tree.faces),
@@ -348,7 +348,7 @@ def point_numbers(points: NDArray[np.float64]) -> NDArray[np.int64]:
     return numbers
 
 
-def is_matched(faces: NDArray[np.int64]) -> bool:
+def are_edges_matched(faces: NDArray[np.int64]) -> bool:
     """Return whether every edge is used equally often in both directions."""
     first, second = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     key = np.minimum(first, second) * (int(faces.max()) + 1) + np.maximum(first, second)
