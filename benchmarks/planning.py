@@ -144,7 +144,7 @@ def cranes_row(site_file: Path) -> str:
 
 def schedule_hours(way: tuple[Any, Any] | None) -> str:
     """Return the hours of the schedule of several cranes, and the lifts refused in that time."""
-    from bimvox.library.faster import waiting_and_end
+    from bimvox.library.hand_over import waiting_and_end
 
     end = None if way is None else waiting_and_end(*way, free=[part.id for part in way[0].components])
     return "-" if end is None else f"{end[1] / 3.6e12:.2f} / {end[0]}"

@@ -25,8 +25,18 @@ from bimvox.crane.conflict import CraneTrack, first_conflict
 from bimvox.crane.kinematics import nearest_turn
 from bimvox.crane.outline import CraneOutline, outline_of
 from bimvox.crane.tower_crane import CranePose
-from bimvox.cranes.lift import REST_NS, Carried, HookError, Leg, Legs, Parking
-from bimvox.cranes.track import KEPT_PARKINGS, drawn_up, parking_cells, standing_track
+from bimvox.cranes.lift import (
+    KEPT_PARKINGS,
+    REST_NS,
+    Carried,
+    HookError,
+    Leg,
+    Legs,
+    Parking,
+    drawn_up,
+    parking_cells,
+    standing_track,
+)
 from bimvox.errors import PlanningError
 from bimvox.grid.frame import NO_CELLS
 from bimvox.motion.move import slowed

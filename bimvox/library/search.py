@@ -14,8 +14,7 @@ import numpy as np
 
 from bimvox.errors import MotionError, listed
 from bimvox.library.attached_files import config_in
-from bimvox.library.faster import preparation_of
-from bimvox.library.hand_over import as_assigned, without_named_crane
+from bimvox.library.hand_over import as_assigned, preparation_of, without_named_crane
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.planning.assembly import Assembly

@@ -156,7 +156,7 @@ def _proposed(stage: Stage, lift: Lift, policies: Sequence[tuple[Propose, Method
     """
     for ask, method in policies:
         transit_vox = ask(stage.transit)
-        if transit_vox is not None and is_valid_transit(stage, transit_vox):
+        if transit_vox is not None and _is_valid_transit(stage, transit_vox):
             path_vox = _whole_path(transit_vox, stage)
             if method is not Method.GREEDY or lift.path_vox is None or len(path_vox) <= len(lift.path_vox):
                 return replace(lift, method=method, path_vox=path_vox)
@@ -170,7 +170,7 @@ def _whole_path(transit_vox: NDArray[np.int32], stage: Stage) -> NDArray[np.int3
     return path
 
 
-def is_valid_transit(stage: Stage, path_vox: NDArray[np.int32]) -> bool:
+def _is_valid_transit(stage: Stage, path_vox: NDArray[np.int32]) -> bool:
     """Return whether a path goes from the transit start to the gate by unit moves over free placements."""
     steps = np.abs(np.diff(path_vox.astype(np.int64), axis=0)).sum(axis=1)
     return bool(
@@ -188,7 +188,7 @@ def _is_still_valid(before: Lift, stage: Stage) -> bool:
     if path_vox is None or before.guide != stage.insertion.guide:
         return False
     transit = path_vox[: len(path_vox) - len(last) + 1]
-    return np.array_equal(path_vox[-len(last) :], last) and is_valid_transit(stage, transit)
+    return np.array_equal(path_vox[-len(last) :], last) and _is_valid_transit(stage, transit)
 
 
 def _distance(stage: Stage) -> int:

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from bimvox.compiled import kernel
 from bimvox.proof.ends import gate_of
-from bimvox.proof.heading import cells_at_any_heading, turning_rows
+from bimvox.proof.guided import cells_at_any_heading, turning_rows
 from bimvox.proof.load import LiftProof
 from bimvox.proof.moment import Moment, Thing
 from bimvox.proof.moment import beside as things_beside

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.crane.jib import check_luffing_jib
-from bimvox.proof.heading import cells_at_any_heading
+from bimvox.proof.guided import cells_at_any_heading
 from bimvox.proof.load import LiftProof, things_over
 from bimvox.proof.moment import NO_SOLID, Moment, Thing, fixed_things, near_and_far, set_thing, stored_thing
 from bimvox.proof.space import Placements, positions_of, reference_cells, within

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.bodies.triangles import TriangleCheck
-from bimvox.proof.guided import check_guiding, guided_box_vox, in_the_box
-from bimvox.proof.heading import cells_at_any_heading, turning_rows
+from bimvox.proof.guided import cells_at_any_heading, check_guiding, guided_box_vox, in_the_box, turning_rows
 from bimvox.proof.moment import Moment, Thing, near_and_far, passed_by
 from bimvox.proof.space import ALWAYS_NS, BETWEEN_VOX, Placements, RawCells, positions_of, tail_of, within
 from bimvox.records.lift import Lift

@@ -31,7 +31,7 @@ from bimvox.proof.crane.axes import (
 )
 from bimvox.proof.crane.separation import check_cranes, check_turns
 from bimvox.proof.ends import check_ends
-from bimvox.proof.heading import check_heading
+from bimvox.proof.guided import check_heading
 from bimvox.proof.hook import Between, HookProof, Turn, turn_of
 from bimvox.proof.load import LoadProof
 from bimvox.proof.moment import Moment, Standing

@@ -19,8 +19,7 @@ from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.clearance import Clearances, nearest, reach_vox
 from bimvox.proof.crane.axes import shares_of_capacity
 from bimvox.proof.ends import gate_of
-from bimvox.proof.guided import check_guide
-from bimvox.proof.heading import cells_at_any_heading, check_rule, turning_placements
+from bimvox.proof.guided import cells_at_any_heading, check_guide, check_rule, turning_placements
 from bimvox.proof.moment import Standing, Thing, beside, cells_in_common, near_and_far, passed_by
 from bimvox.proof.rigging import check_rigging, check_slings, rigging_kg
 from bimvox.proof.shape import check_mass, check_shape, check_structure

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.crane.pendulum import STEP_NS, Swung, hanging_m, swung_parts
-from bimvox.proof.heading import cells_at_any_heading, turning_rows
+from bimvox.proof.guided import cells_at_any_heading, turning_rows
 from bimvox.proof.hook import EmptyWay, one_way
 from bimvox.proof.load import LiftProof
 from bimvox.proof.moment import Moment, Thing, near_and_far

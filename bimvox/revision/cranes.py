@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bimvox.cranes.clock import Begun, PlacedLeg, ResumedLoad
-from bimvox.cranes.lift import HookError
+from bimvox.cranes.lift import HookError, approach_track, carrying_track, standing_track
 from bimvox.cranes.lifts import crane_lifts
 from bimvox.cranes.schedule import time_lifts, time_rest
-from bimvox.cranes.track import approach_track, carrying_track, standing_track
 from bimvox.errors import MotionError
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import HOOK_MET, NOT_DRIVEN, Lift, LiftPlan, Status

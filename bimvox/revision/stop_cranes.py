@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bimvox.crane.conflict import CraneTrack, first_conflict
 from bimvox.crane.outline import outline_of
 from bimvox.cranes.legs import CraneStart
-from bimvox.cranes.track import approach_track, carrying_track
+from bimvox.cranes.lift import approach_track, carrying_track
 from bimvox.grid.frame import NO_CELLS
 from bimvox.motion.swing import rigged_crane
 from bimvox.motion.time_lift import empty_hook_clearance, left_cells

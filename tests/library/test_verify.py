@@ -3,8 +3,8 @@ from seeded_faults import log_with_a_cast_beam
 from bimvox.library.verify import prove_plan
 from bimvox.progress import SilentProgress
 from bimvox.proof import plan as of_plan
+from bimvox.proof.clock import verify_steps
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
-from bimvox.proof.steps import verify_steps
 
 
 def test_what_carries_a_part_is_measured_once_for_lifts_and_steps(monkeypatch):

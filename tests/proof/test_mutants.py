@@ -512,8 +512,8 @@ MUTANTS: dict[str, Mutant] = {
         crossing_cranes,
         "cranes",
         {
-            "bimvox.cranes.track.braking_distances": returning(lambda own: (0.0 * own[0], 0.0 * own[1])),
-            "bimvox.cranes.track.REACTION_S": times(0.0),
+            "bimvox.cranes.lift.braking_distances": returning(lambda own: (0.0 * own[0], 0.0 * own[1])),
+            "bimvox.cranes.lift.REACTION_S": times(0.0),
         },
     ),
     "cranes that take no turns": Mutant(

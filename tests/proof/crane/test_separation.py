@@ -24,7 +24,7 @@ from bimvox.crane.conflict import (
     joined,
 )
 from bimvox.crane.outline import outline_of
-from bimvox.cranes.track import REACTION_S, approach_track, carrying_track
+from bimvox.cranes.lift import REACTION_S, approach_track, carrying_track
 from bimvox.proof.crane.distance import least_distances, stopping_swing
 from bimvox.proof.crane.separation import _shape, check_cranes, check_turns
 from bimvox.records.motion import PhaseName
