@@ -383,11 +383,9 @@ def _turn(angle_rad: float) -> float:
 
 # The legs of the empty hooks of several cranes to their next parts, for a plan that is being carried out.
 #
-# A crane whose last part is set moves to its next one as in a plan. If its hook is elsewhere, stopped between two
-# parts
+# A crane whose last part is set moves to its next one as in a plan. If its hook is elsewhere, stopped between two parts
 # or waiting, it continues from there: *early*, while no more parts are set than now; or *late*, when all parts that
-# come
-# before the next lift in the sequence may be in place or still in the yard.
+# come before the next lift in the sequence may be in place or still in the yard.
 
 _THERE_VOX = 1e-3
 

@@ -175,8 +175,7 @@ class CraneLift:
 # A stop may be ordered at every sample. The crane then continues for the reaction time, as planned or at its current
 # speed, whichever leads further, and every axis brakes as fast as its acceleration and jerk allow. The bounds of the
 # spans around the sample contain all of this motion. The load swings as in its proof, plus what braking adds: a
-# deceleration a adds at most 2 a l / g on a rope of length l, and at most v sqrt(l / g), as if the speed v were lost
-# at
+# deceleration a adds at most 2 a l / g on a rope of length l, and at most v sqrt(l / g), as if the speed v were lost at
 # once.
 
 REACTION_S = 1.0

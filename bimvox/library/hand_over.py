@@ -130,10 +130,8 @@ def _faster_note(part: Component, own: TowerCrane, crane: TowerCrane) -> str:
 # What is prepared for a site; for several cranes with a faster erection sequence, by their scheduled motions.
 #
 # The local search estimates. So its sequences, with each part lifted by its crane and with other cranes where that may
-# be
-# faster, are planned and scheduled without obstructions, the greedy one included. Kept is the one in which fewest
-# lifts
-# have no free time, and of these the fastest.
+# be faster, are planned and scheduled without obstructions, the greedy one included. Kept is the one in which fewest
+# lifts have no free time, and of these the fastest.
 
 
 def preparation_of(

@@ -22,8 +22,8 @@ from bimvox.records.lift import Guide
 
 # How fast the share of a curved line may be driven: by each axis's derivatives at points of the line.
 #
-# With q(u) an axis along the line and u(t) the share driven, the axis has the rate q' u', the acceleration
-# q' u'' + q'' u'^2 and the jerk q' u''' + 3 q'' u' u'' + q''' u'^3.
+# With q(u) an axis along the line and u(t) the share driven, the axis has the rate q' u', the acceleration q' u'' + q''
+# u'^2 and the jerk q' u''' + 3 q'' u' u'' + q''' u'^3.
 
 _POINTS = 65
 """Points of a line at which its derivatives are taken."""

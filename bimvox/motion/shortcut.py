@@ -34,8 +34,7 @@ from bimvox.site.collision import CollisionSpace, free_up_to, placement_is_free
 # The hook's way around obstacles at one height (A* over turns), and the fastest chain of joint lines.
 #
 # Poses are a lattice over slewing angle and radius, in which both ends lie. A run of steps along one axis costs its
-# time
-# at full rate and one run-up, so that few long runs are found rather than many short ones.
+# time at full rate and one run-up, so that few long runs are found rather than many short ones.
 
 
 @kernel

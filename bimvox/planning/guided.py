@@ -403,9 +403,9 @@ def _states_back(known: _Known, most: tuple[int, int, int], last: int, moves: ND
 
 # Guides by what they were searched for: no search is made twice.
 #
-# What is returned is what a search would find, whatever was searched before: for the same part, height and
-# surroundings the guide that was found; none where a search among fewer things found none. Preparing and planning bays
-# of slabs takes 1.3 times as long without it, a frame of 200 precast parts 1.04 times.
+# What is returned is what a search would find, whatever was searched before: for the same part, height and surroundings
+# the guide that was found; none where a search among fewer things found none. Preparing and planning bays of slabs
+# takes 1.3 times as long without it, a frame of 200 precast parts 1.04 times.
 
 
 class GuideSought(NamedTuple):

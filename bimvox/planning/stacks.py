@@ -207,8 +207,7 @@ def _are_apart(one: Sequence[int], other: Sequence[int], gap_vox: int) -> bool:
 #
 # Walls get their places in the order of their lifts, so a rack grows away from its outer side: the next wall stands
 # behind the last one, and the frame moves behind that. The frame needs room behind the last wall, as long as the
-# longest
-# and in proportion to the highest.
+# longest and in proportion to the highest.
 
 
 @dataclass(slots=True)

@@ -47,8 +47,7 @@ from bimvox.site.yard_rules import HEADROOM_M, INLOADER_M
 # The rule of room: parts are loaded in the order of their lifts, so the one that is needed first is unloaded last and
 # lies on top in the yard. Each lies with its longest edge along the bed and its shortest upwards; a wall stands, and a
 # brace or a rafter, which is set at a slope, is laid flat. They lie one behind the other in a row, rows next to each
-# other in a layer, layers on each other with dunnage between. It leaves gaps that a good driver fills, and says
-# nothing
+# other in a layer, layers on each other with dunnage between. It leaves gaps that a good driver fills, and says nothing
 # about axle loads or how the load is secured.
 
 Size = tuple[float, float, float]

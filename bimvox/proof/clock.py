@@ -122,8 +122,7 @@ def _still_s(motion: LiftMotion, begins_ns: int, ends_ns: int) -> float:
 # The proof that the phases of a carried load say what the crane does in them.
 #
 # Hoist lasts until slewing or trolleying begins, and traverse begins then. Lower begins with the final lowering, and
-# goes
-# down until the load is at its place. Where a stop interrupts them, the same holds for what follows it.
+# goes down until the load is at its place. Where a stop interrupts them, the same holds for what follows it.
 
 _LATE_S = 2.0
 """A move that accelerates from rest, or comes to rest, stays within ``_STILL`` for less than this."""

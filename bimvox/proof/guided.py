@@ -131,8 +131,7 @@ def _fault(site: Site, lift: Lift, component: Component, guide: Guide) -> str | 
 
 # The proof of the heading of a load: where it may be any, and that a crew has the time to turn it to the final one.
 #
-# Of a load that turns with the jib, the heading is not followed: from the first slewing until it is turned to its
-# final
+# Of a load that turns with the jib, the heading is not followed: from the first slewing until it is turned to its final
 # heading it must be free at every heading, as a cylinder about its hook line.
 
 _STILL_RAD = 1e-9

@@ -78,8 +78,7 @@ class Supports:
 #
 # When parts are removed from the last lift to the first, every remaining part must stay supported: its cells touch the
 # ground or structure, directly or through other parts. Two kinds of parts are excluded: parts that touch nothing even
-# in
-# the finished building, and parts that the plan lists because their support is not in the model.
+# in the finished building, and parts that the plan lists because their support is not in the model.
 
 
 def check_stands(

@@ -86,12 +86,10 @@ def _same(one: LiftMotion | None, other: LiftMotion) -> bool:
 # A revision with several cranes while their plan is carried out.
 #
 # What was done stays as driven. If the change meets nothing that the cranes are doing, loads on hooks and hooks under
-# way
-# continue unchanged, and all later lifts are scheduled around them. If it meets something, that crane stops, and those
-# that cannot go on without it (``who_stops``): the separation is planned and proven for a stop at any moment. After
-# the
-# hold, each load continues along a new path as soon as the other cranes leave room. If one load has no free path, all
-# that are stopped are held until the next change.
+# way continue unchanged, and all later lifts are scheduled around them. If it meets something, that crane stops, and
+# those that cannot go on without it (``who_stops``): the separation is planned and proven for a stop at any moment.
+# After the hold, each load continues along a new path as soon as the other cranes leave room. If one load has no free
+# path, all that are stopped are held until the next change.
 
 
 class CranesUnderWay:

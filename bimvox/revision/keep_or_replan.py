@@ -28,11 +28,9 @@ from bimvox.stop.redirect import is_set
 
 # What has changed for a lift: cells that obstructions newly occupy or have left, and new states of earlier lifts.
 #
-# If a part is no longer set, it is in the yard and not at its place; if it is set again, the other way round. For
-# later
+# If a part is no longer set, it is in the yard and not at its place; if it is set again, the other way round. For later
 # lifts these cells count as added and removed, like those of an obstruction. A part that is set by other means instead
-# of
-# by the crane changes nothing for them.
+# of by the crane changes nothing for them.
 
 
 class _Touched:

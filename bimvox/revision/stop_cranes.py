@@ -300,8 +300,7 @@ def _hook(site: Site, crane: CraneNow, free: CollisionSpace, now_ns: int) -> Cra
 # Which cranes stop with one that must stop, and which go on with what they are doing.
 #
 # A crane goes on if it keeps its distance from where the others come to rest, and sets no part before an earlier one
-# that
-# is held. If an empty hook is stopped, all cranes stop: a part may only be set after it has passed.
+# that is held. If an empty hook is stopped, all cranes stop: a part may only be set after it has passed.
 
 
 class WhoStops:

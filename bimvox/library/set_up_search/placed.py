@@ -83,8 +83,7 @@ class PlacedSite:
 #
 # A part takes the place with the least travel time from the part before and on to its own place. Those of its delivery
 # that are lifted before it have taken as much of the best of the yard as they cover. A part that the crane can pick
-# only
-# if it lies turned by a quarter lies so.
+# only if it lies turned by a quarter lies so.
 
 
 class Picks:

@@ -28,9 +28,8 @@ from bimvox.planning.contact.sweep import overlap_area, projected_overlap
 #
 # The thickness under a triangle is the least distance, along its inward normal, of a triangle that faces the other way
 # and lies behind it. It is exact: where the two overlap in projection, the distance is linear, so it is least at a
-# corner
-# of the overlap. Of two triangles that share a corner (the sides of a wedge or a spike), the greatest distance counts:
-# the least one is 0 at their common edge, but a mitre moves that edge along.
+# corner of the overlap. Of two triangles that share a corner (the sides of a wedge or a spike), the greatest distance
+# counts: the least one is 0 at their common edge, but a mitre moves that edge along.
 #
 # A triangle that others in its plane cover, which face it, is an inner boundary (layers of a wall, a sheet with two
 # sides). It is not a surface of the part.

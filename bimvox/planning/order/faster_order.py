@@ -40,11 +40,9 @@ from bimvox.site.site import Site
 
 # A local search on the erection sequence: less time, by the estimate of ``makespan``.
 #
-# Simulated annealing: a part, or a few that follow each other, go to another position, two parts change positions, or
-# a
+# Simulated annealing: a part, or a few that follow each other, go to another position, two parts change positions, or a
 # part goes to another crane that may lift it. No move breaks a pair that must stay as it is
-# (``Sequencer.fixed_pairs``).
-# What is counted are parts looked at, not seconds, so that every machine finds the same.
+# (``Sequencer.fixed_pairs``). What is counted are parts looked at, not seconds, so that every machine finds the same.
 
 _LONGEST = 4
 """Most parts that are moved together."""

@@ -160,8 +160,7 @@ def waits_s(apart: Apart, one: tuple[int, int], other: tuple[int, int]) -> float
 
 # The preference for the next part on a site with several cranes.
 #
-# Parts are set one after the other in the plan's order, whichever crane carries them, so the order balances the
-# cranes:
+# Parts are set one after the other in the plan's order, whichever crane carries them, so the order balances the cranes:
 # next is the crane that has worked least so far, and of its parts the one that it reaches fastest.
 
 _ROWS = 64

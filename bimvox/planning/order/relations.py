@@ -217,11 +217,9 @@ def _holds(site: Site, touching: tuple[tuple[int, ...], ...]) -> tuple[tuple[int
 #
 # The parts are taken out of the finished building one by one, after everything that must come after the group. A part
 # goes straight up if nothing of the group is in the way, otherwise by the last moves of a lift in reverse, sideways
-# too.
-# The reverse is an order in which each part can be set. If none of the remaining parts can be taken out, they are
+# too. The reverse is an order in which each part can be set. If none of the remaining parts can be taken out, they are
 # interlocked in the model: they are reported, the one that blocks the most others is set last (of equal ones, the one
-# on
-# which the least depends), and the others continue.
+# on which the least depends), and the others continue.
 
 _TRIES = 400
 """Most searches for lateral moves in one group."""
@@ -341,8 +339,7 @@ class _Disassembly:
 # The acyclic graph of precedence: geometry and the site file's ``before`` and ``after``.
 #
 # Supports, ``before`` and ``after`` always hold. A blocked descent holds too, unless it is part of a cycle. Then the
-# parts of the cycle are taken apart in the finished building, with lateral moves if the straight way up is blocked;
-# the
+# parts of the cycle are taken apart in the finished building, with lateral moves if the straight way up is blocked; the
 # order is the reverse (see :mod:`bimvox.planning.order.relations`).
 
 Edges = list[set[int]]

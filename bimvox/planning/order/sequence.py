@@ -24,8 +24,7 @@ from bimvox.site.work import Work, kind_of
 
 # Between which heights the body of a part lies: what is small at its top or foot does not count.
 #
-# The railing of a stair, the upstand of a slab and the bolts under a column hold little of its volume, and little of
-# it
+# The railing of a stair, the upstand of a slab and the bolts under a column hold little of its volume, and little of it
 # at any height. They say nothing about the floor to which the part belongs.
 
 _SLICES = 64
@@ -89,10 +88,8 @@ def _depths_m(corners_m: NDArray[np.float64], heights_m: NDArray[np.float64]) ->
 # Columns and walls with feet at about the same height stand on one level. All other parts belong to the level whose
 # columns and walls carry them: their top is at the feet of the next level, or above the last. So a floor is finished
 # before what stands on it. What rests on columns or walls, also through other parts, is of no lower level than they.
-# Feet
-# and tops are those of the bodies: neither a railing nor a bolt changes the level. Without columns and walls, the feet
-# of
-# all parts make the levels.
+# Feet and tops are those of the bodies: neither a railing nor a bolt changes the level. Without columns and walls, the
+# feet of all parts make the levels.
 #
 # The storeys of the file are not asked: some files keep a slab in the storey whose floor it is, others in the storey
 # below, and some state a wrong one.
@@ -146,11 +143,9 @@ def _bounds_m(feet_m: Sequence[float]) -> list[tuple[float, float]]:
 # Erection stages: the preferred order of the parts, as far as geometry permits.
 #
 # Preferences rank: ``first`` in the site file, its assembly zones, the schedule in the building file, levels, and
-# within
-# a level the classes of parts: footings, columns and walls, beams, slabs and stairs, then what stands on that floor.
-# If
-# there are neither columns nor walls, the storeys of the building file take the place of the classes.
-# Every part has a stage. A part that another one needs comes no later than that one's stage. So a preference never
+# within a level the classes of parts: footings, columns and walls, beams, slabs and stairs, then what stands on that
+# floor. If there are neither columns nor walls, the storeys of the building file take the place of the classes. Every
+# part has a stage. A part that another one needs comes no later than that one's stage. So a preference never
 # contradicts geometry: if it would, the part comes earlier, and a note names both.
 
 _KINDS = ("first", "zone", "task", "storey", "rank")

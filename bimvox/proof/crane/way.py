@@ -20,9 +20,8 @@ from bimvox.site.site import Site
 # How an axis brakes from any state, computed from its limits alone.
 #
 # The axis stops as fast as its limits on acceleration and jerk allow: the deceleration grows to a peak, holds, and
-# fades
-# to zero. Bisection finds the peak: the highest, up to the limit, at which the braking does not reverse the rate. The
-# position is the acceleration's trapezium integrated twice, exactly from corner to corner.
+# fades to zero. Bisection finds the peak: the highest, up to the limit, at which the braking does not reverse the rate.
+# The position is the acceleration's trapezium integrated twice, exactly from corner to corner.
 
 _HALVINGS = 60
 
