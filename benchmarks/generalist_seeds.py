@@ -21,12 +21,12 @@ from scipy.stats import bootstrap, trim_mean
 
 from benchmarks.document import put_into
 from benchmarks.generalist import tries
-from benchmarks.train_generalist import RECIPE, Run, train_generalist
+from benchmarks.train_generalist import RECIPE, Run, lesson, save_generalist, train_generalist
 from bimvox.env.problem import LiftProblem, lift_problem
 from bimvox.planning.rollout import TowardsTarget, Values
-from bimvox.policy.generalist.problems import FAMILIES, VALIDATION_DOMAIN, lesson
+from bimvox.policy.generalist.problems import FAMILIES, VALIDATION_DOMAIN
 from bimvox.policy.generalist.suite import problem_sets
-from bimvox.policy.generalist.weights import load_generalist, save_generalist
+from bimvox.policy.generalist.weights import load_generalist
 
 LEFT_OUT = "traps"
 """Family that gives no lesson."""

@@ -100,9 +100,7 @@ def greedily(site: Any) -> Any:
 
 def ways_row(name: str, site: Any) -> str:
     """Return the row of the second table: seconds saved by each way, and at most, of a site with one crane."""
-    from bimvox.planning.order.choose_order import travel_of
-    from bimvox.planning.order.faster_order import BUDGET, COOL_S, WARM_S, FasterOrder
-    from bimvox.planning.order.local_search import searched
+    from bimvox.planning.order.faster_order import BUDGET, COOL_S, WARM_S, FasterOrder, searched, travel_of
     from bimvox.planning.order.makespan import makespan_s
     from bimvox.planning.order.sequence import Sequencer
     from bimvox.planning.order_search import prepare
@@ -146,7 +144,7 @@ def cranes_row(site_file: Path) -> str:
 
 def schedule_hours(way: tuple[Any, Any] | None) -> str:
     """Return the hours of the schedule of several cranes, and the lifts refused in that time."""
-    from bimvox.library.faster import waiting_and_end
+    from bimvox.library.hand_over import waiting_and_end
 
     end = None if way is None else waiting_and_end(*way, free=[part.id for part in way[0].components])
     return "-" if end is None else f"{end[1] / 3.6e12:.2f} / {end[0]}"

@@ -9,6 +9,8 @@ without an accelerator; the shipped network was trained with it.
 from __future__ import annotations
 
 import argparse
+import hashlib
+import json
 import sys
 import tempfile
 import time
@@ -16,18 +18,21 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
 from bimvox_pipeline.site import init
 from numpy.typing import NDArray
+from safetensors.numpy import save as bytes_from_arrays
 from stable_baselines3.common.callbacks import BaseCallback
 
 from bimvox.bim.options import ReadOptions
 from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.dynamics import StepLimit
+from bimvox.env.observation import VIEW_NAME
 from bimvox.env.pool import StartMix
-from bimvox.env.problem import LiftProblem
+from bimvox.env.problem import LiftProblem, training_problem
 from bimvox.errors import PolicyError
 from bimvox.library.site import load_site
 from bimvox.planning.assembly import Assembly
@@ -36,12 +41,20 @@ from bimvox.planning.rollout import Values
 from bimvox.planning.stage import Stage
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.dqn import device_named, dqn_of_lifts, network_of
-from bimvox.policy.generalist.problems import FAMILIES, VALIDATION_DOMAIN, lessons
-from bimvox.policy.generalist.stages import BuildingStage, building_lifts
-from bimvox.policy.generalist.weights import save_generalist
+from bimvox.policy.generalist.problems import (
+    FAMILIES,
+    LESSON_DOMAIN,
+    SMALLEST,
+    VALIDATION_DOMAIN,
+    random_problem,
+    with_boxes,
+)
+from bimvox.policy.generalist.weights import NAME
 from bimvox.policy.network import QNetwork
 from bimvox.policy.train import TEST_LIMIT, Evaluation, evaluate
 from bimvox.progress import SilentProgress
+from bimvox.site.collision import CollisionSpace
+from bimvox.site.component import IntVec
 
 STEPS, LESSONS, CHECKS = 1_200_000, 5_000, 300
 
@@ -72,6 +85,9 @@ LESSON_MODELS = (("frame.ifc", 0.5), ("frame.ifc", 0.35), ("yard.stl", 0.5), ("y
 
 TEST_MODELS = (("prefab.ifc", 0.5), ("prefab.ifc", 0.35))
 """Models and cell sizes (metres) of the tests; no lesson contains them."""
+
+_LESSON_SIZES: tuple[tuple[IntVec, int], ...] = (((40, 40, 16), 3), ((96, 96, 32), 5), ((160, 160, 48), 2))
+"""Largest site, and how many lessons in ten are drawn up to that size."""
 
 _REWEIGH_EVERY = 100
 
@@ -169,6 +185,82 @@ def main(arguments: list[str] | None = None) -> int:
 def _say(line: str) -> None:
     sys.stdout.write(line + "\n")
     sys.stdout.flush()
+
+
+def lesson(number: int, domain: int = LESSON_DOMAIN) -> LiftProblem:
+    """Return the problem of a number, which determines family, size and seed."""
+    names = list(FAMILIES)
+    sizes = [largest for largest, tenths in _LESSON_SIZES for _ in range(tenths)]
+    largest = sizes[number // len(names) % len(sizes)]
+    return random_problem((domain, number), names[number % len(names)], SMALLEST, largest)
+
+
+def lessons(count: int, *, domain: int = LESSON_DOMAIN, first: int = 0, threads: int = 1) -> list[LiftProblem]:
+    """Return ``count`` problems of a domain, from number ``first`` on, families in turn."""
+    with ThreadPoolExecutor(threads) as executor:
+        return list(executor.map(lambda number: lesson(number, domain), range(first, first + count)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BuildingStage:
+    """A building before one of its lifts.
+
+    Attributes:
+        space: The collision rule.
+        start_vox: Cell where transit starts.
+        gate_vox: Cell where it ends.
+        yard_vox: (S, 3) int32 starts all over the yard.
+    """
+
+    space: CollisionSpace
+    start_vox: IntVec
+    gate_vox: IntVec
+    yard_vox: NDArray[np.int32]
+
+
+def building_lifts(stages: list[BuildingStage], *, count: int, domain: int, starts: int) -> list[LiftProblem]:
+    """Return lifts at random stages of buildings, with random boxes in three of four.
+
+    Args:
+        stages: Of the buildings.
+        count: Number of lifts; fewer if too many stages are unsolvable.
+        domain: First number of their seeds.
+        starts: Starts per lift, drawn from the yard.
+    """
+    problems: list[LiftProblem] = []
+    for number in range(20 * count):
+        if len(problems) == count or not stages:
+            break
+        rng = np.random.default_rng((domain, 99, number))
+        stage = stages[int(rng.integers(len(stages)))]
+        space = stage.space
+        if rng.random() < 0.75:
+            space = with_boxes(rng, space, int(rng.integers(1, 9)))
+        problem = training_problem(
+            space, stage.start_vox, stage.gate_vox, rng.permutation(stage.yard_vox)[: 4 * starts]
+        )
+        if len(problem.starts_vox):
+            chosen = rng.permutation(problem.starts_vox)[:starts]
+            first = (int(chosen[0, 0]), int(chosen[0, 1]), int(chosen[0, 2]))
+            problems.append(LiftProblem(problem.space, first, stage.gate_vox, chosen, problem.distance))
+    return problems
+
+
+def save_generalist(network: QNetwork, record: dict[str, Any], folder: Path) -> str:
+    """Write weights in half precision, and their record, and return their id.
+
+    Args:
+        network: The weights.
+        record: Plain values: recipe, seed, steps, curve.
+        folder: Where to.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    content = bytes_from_arrays({name: array.astype(np.float16) for name, array in network.arrays().items()})
+    digest = hashlib.sha256(content).hexdigest()
+    plain = {**record, "id": digest[:16], "weights_sha256": digest, "observation": VIEW_NAME}
+    (folder / f"{NAME}.safetensors").write_bytes(content)
+    (folder / f"{NAME}.json").write_text(json.dumps(plain, indent=1, sort_keys=True) + "\n")
+    return digest[:16]
 
 
 def stages_of(models: tuple[tuple[str, float], ...], folder: Path = SAMPLES) -> list[BuildingStage]:

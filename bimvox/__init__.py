@@ -30,13 +30,9 @@ if TYPE_CHECKING:
     from bimvox.bim.building import Building as Building
     from bimvox.bim.building import TriangleMesh as TriangleMesh
     from bimvox.grid.voxel_grid import VoxelGrid as VoxelGrid
-    from bimvox.library.building import read as read
-    from bimvox.library.building import voxelize as voxelize
     from bimvox.library.environment import lift_problems as lift_problems
     from bimvox.library.environment import live_job as live_job
     from bimvox.library.export import export as export
-    from bimvox.library.log import read_log as read_log
-    from bimvox.library.log import write_log as write_log
     from bimvox.library.optimise import SetUp as SetUp
     from bimvox.library.optimise import SetUps as SetUps
     from bimvox.library.optimise import optimise as optimise
@@ -44,11 +40,15 @@ if TYPE_CHECKING:
     from bimvox.library.plan_value import LiftRow as LiftRow
     from bimvox.library.plan_value import Plan as Plan
     from bimvox.library.plan_value import PlannedLift as PlannedLift
+    from bimvox.library.plan_value import read_log as read_log
+    from bimvox.library.plan_value import write_log as write_log
     from bimvox.library.render import render as render
     from bimvox.library.revise import revise as revise
     from bimvox.library.site import LoadedSite as LoadedSite
     from bimvox.library.site import guess_site as guess_site
     from bimvox.library.site import load_site as load_site
+    from bimvox.library.site import read as read
+    from bimvox.library.site import voxelize as voxelize
     from bimvox.library.verify import verify as verify
     from bimvox.records.proof import Check as Check
     from bimvox.records.proof import Verification as Verification
@@ -84,13 +84,13 @@ _HOME = {
     "load_site": "bimvox.library.site",
     "optimise": "bimvox.library.optimise",
     "plan": "bimvox.library.plan",
-    "read": "bimvox.library.building",
-    "read_log": "bimvox.library.log",
+    "read": "bimvox.library.site",
+    "read_log": "bimvox.library.plan_value",
     "render": "bimvox.library.render",
     "revise": "bimvox.library.revise",
     "verify": "bimvox.library.verify",
-    "voxelize": "bimvox.library.building",
-    "write_log": "bimvox.library.log",
+    "voxelize": "bimvox.library.site",
+    "write_log": "bimvox.library.plan_value",
 }
 """The module of every name that is imported when it is first used."""
 

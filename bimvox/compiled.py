@@ -14,8 +14,7 @@ from numba.core.compiler_machinery import PassManager
 from numba.core.registry import cpu_target
 from numba.core.types.misc import unliteral
 
-from bimvox.kernel_cache import KernelCache
-from bimvox.kernel_code import KernelCode
+from bimvox.kernel_cache import KernelCache, KernelCode
 from bimvox.undisturbed import undisturbed
 
 F = TypeVar("F", bound=Callable[..., Any])

@@ -1,4 +1,4 @@
-"""Machine code on disk, keyed by everything that it was compiled from.
+"""Machine code of kernels that call each other, on disk, keyed by everything that it was compiled from.
 
 Numba's own cache looks only at the file of the function. Machine code also contains the functions that it calls and
 the constants that it reads, from any file, so an edit elsewhere would leave stale machine code. Here the key is the
@@ -14,6 +14,7 @@ from __future__ import annotations
 import enum
 import hashlib
 import os
+import pickle
 import sys
 import types
 import uuid
@@ -27,12 +28,90 @@ import numba
 import numpy as np
 import platformdirs
 from numba.core.caching import _Cache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompileResult
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.serialize import dumps
 from numba.core.sigutils import normalize_signature
 
-from bimvox.kernel_code import content_of, load, remember
 from bimvox.progress import compiling_one
 from bimvox.undisturbed import uncollected
+
+# Machine code of kernels that call each other, and its files: each kernel's code is in one file only.
+#
+# Numba copies into each kernel the code of all that it calls, and of all that these call, and optimizes and emits it
+# again. Here a kernel calls the others by their symbols. What is small is inlined as before; nothing else is copied. A
+# file names the files that must be loaded before it.
+
+_CHECKSUM_BYTES = 32
+_LARGE = 80  # blocks; each ends in a branch, and to inline one costs LLVM more than it allows
+_FILES: dict[str, str] = {}  # of each kernel that this process compiled or loaded: its symbol and file
+
+
+class KernelCode(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
+    """The machine code of one kernel, without that of the kernels which it calls."""
+
+    _linking_libraries: list[Any]
+
+    def finalize(self) -> None:
+        """Link, optimize and emit it."""
+        self._own = {one.name for one in self._final_module.functions if not one.is_declaration}
+        self._linking_libraries = [one for one in self._linking_libraries if not _is_large(one)]
+        super().finalize()
+
+    def _optimize_final_module(self) -> None:
+        for one in self._final_module.functions:
+            if one.name in _FILES and one.name not in self._own and not one.is_declaration:
+                one.linkage = "available_externally"  # to be inlined, not to be emitted
+        super()._optimize_final_module()
+
+    def called(self) -> dict[str, str]:
+        """Return the symbols and files of the kernels that it calls."""
+        functions = self._final_module.functions
+        return {one.name: _FILES[one.name] for one in functions if one.name in _FILES and one.name not in self._own}
+
+
+def _is_large(library: Any) -> bool:
+    """Return whether a library is a kernel that LLVM would inline nowhere."""
+    kernels = [one for one in library._get_module_for_linking().functions if one.name in _FILES]
+    return any(sum(1 for _ in one.blocks) > _LARGE and not _is_always_inlined(one) for one in kernels)
+
+
+def _is_always_inlined(function: Any) -> bool:
+    return any(b"alwaysinline" in words for words in function.attributes)
+
+
+def _remember(result: Any, file: Path) -> None:
+    """Take down the file of a kernel that this process compiled or loaded."""
+    _FILES[result.fndesc.llvm_func_name] = f"{file.parent.name}/{file.name}"
+
+
+def _file_content(result: Any) -> bytes:
+    """Return what the file of a kernel that was compiled just now contains."""
+    content: bytes = dumps((*result._reduce(), result.library.called()))
+    return content + _checksum(content)
+
+
+def _load(file: Path, target_context: Any) -> Any:
+    """Return the kernel in a file; None if it, or one that it calls, is not there, damaged, or of other packages."""
+    with suppress(OSError, EOFError, ImportError, AttributeError, pickle.UnpicklingError):
+        content = file.read_bytes()
+        if content[-_CHECKSUM_BYTES:] != _checksum(content[:-_CHECKSUM_BYTES]):
+            return None  # a damaged disk: machine code with a wrong byte may do anything
+        target_context.refresh()
+        *state, called = pickle.loads(content)
+        for symbol, name in called.items():  # a symbol that is nowhere would end the process
+            if symbol not in _FILES and _load(file.parents[1] / name, target_context) is None:
+                return None
+        result = CompileResult._rebuild(target_context, *state)
+        _remember(result, file)
+        return result
+    return None
+
+
+def _checksum(content: bytes) -> bytes:
+    return hashlib.sha256(content).digest()
+
 
 CALLEE = ".callee"
 """Ends the name of a kernel as other kernels call it; see `bimvox.compiled`."""
@@ -86,18 +165,18 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
         if not self._is_enabled:
             return None
         file = self._file(sig, target_context.codegen())
-        found = load(file, target_context)
+        found = _load(file, target_context)
         if found is None and self._turns:
             self._turns[-1].enter_context(compiling_one())
             self._turns[-1].enter_context(uncollected())  # looking for garbage took a tenth of the time of compiling
             if _lock(file, self._turns[-1]):  # another process may have compiled it by now
-                found = load(file, target_context)
+                found = _load(file, target_context)
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store the machine code for a signature; the file appears whole or not at all."""
         file = self._file(sig, data.codegen)
-        remember(data, file)
+        _remember(data, file)
         if not self._is_enabled:
             return
         if any(not lifted.can_cache for lifted in data.lifted) or data.library.has_dynamic_globals:
@@ -106,7 +185,7 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
         part = file.with_name(f"{uuid.uuid4().hex}.part")
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
-            part.write_bytes(content_of(data))
+            part.write_bytes(_file_content(data))
             part.replace(file)
         except OSError:  # disk full or folder not writable: the kernel is compiled again next time
             with suppress(OSError):

@@ -32,7 +32,7 @@ _ROOT = str(Path(__file__).resolve().parents[1])
 
 
 @dataclass(frozen=True, slots=True)
-class Finished:
+class _Finished:
     """A command that has ended.
 
     Attributes:
@@ -62,14 +62,14 @@ def worker_environment() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths)), "PYTHONSAFEPATH": "1"}
 
 
-def run_to_end(command: Sequence[str], timeout_s: float) -> Finished | None:
+def run_to_end(command: Sequence[str], timeout_s: float) -> _Finished | None:
     """Run a command and return its output; None if it was killed after ``timeout_s``."""
     try:
         done = subprocess.run(command, capture_output=True, timeout=timeout_s, env=worker_environment(), check=False)
     except subprocess.TimeoutExpired:
         return None
     said = done.stderr.decode("utf-8", "replace").strip().splitlines()
-    return Finished(done.returncode, done.stdout, said[-1] if said else "")
+    return _Finished(done.returncode, done.stdout, said[-1] if said else "")
 
 
 def start_connected(

@@ -17,11 +17,9 @@ from bimvox.crane.outline import CraneOutline
 
 # Whether two cranes may come too near each other within the bounds of a span each (EN 17076: anti-collision).
 #
-# A span is not a point in time: everything that a part sweeps between the bounds counts. For two strips that turn
-# about
+# A span is not a point in time: everything that a part sweeps between the bounds counts. For two strips that turn about
 # two axes, the least distance is found by halving the ranges of their angles; a half is discarded when no pose in it
-# can
-# be near. Nothing is sampled.
+# can be near. Nothing is sampled.
 
 PARTS = ("jib", "counter-jib", "mast", "load", "rope")
 SLEW_LOW, SLEW_HIGH, RADIUS_LOW, RADIUS_HIGH, LOWEST, HOOK_LOW, HOOK_HIGH, LOAD_HALF, ROPE_HALF = range(9)

@@ -177,12 +177,10 @@ def axis_numbers(crane: TowerCrane) -> AxisNumbers:
 
 # The crane as rigged: its reeving, and the speed and height of the hook with a load.
 #
-# One reeving is used for a whole job. To change it, the hook goes to the foot of the jib, a fitter couples or
-# uncouples
+# One reeving is used for a whole job. To change it, the hook goes to the foot of the jib, a fitter couples or uncouples
 # the second sheave block, and a test run follows. On site that is done between phases, never between the lifts of a
-# cycle
-# and never with a load. So the reeving is a key of the site (``[crane] falls``), and its load chart applies to every
-# lift.
+# cycle and never with a load. So the reeving is a key of the site (``[crane] falls``), and its load chart applies to
+# every lift.
 
 
 def with_reeving(crane: TowerCrane, reeving: Reeving) -> TowerCrane:

@@ -60,12 +60,10 @@ class Override:
 # Luffing jib: the second axis is the luff angle, and the hoist compensates the height of the tip.
 #
 # Motions are planned in slew, radius and height of the hook, whatever the machine. For a luffing jib of length L with
-# its
-# pivot at radius o and height h, radius and luff angle correspond one to one, ``r = o + L cos(phi)``; the rope below
-# the
-# tip is ``h + L sin(phi) - z``. So luffing uses the winch: the hoist keeps the hook level while the jib moves (level
-# luffing). The winch's limits are divided in fixed shares, ``HOIST_SHARE`` for hoisting and the rest for luffing, so
-# that no overlap of the two exceeds the winch.
+# its pivot at radius o and height h, radius and luff angle correspond one to one, ``r = o + L cos(phi)``; the rope
+# below the tip is ``h + L sin(phi) - z``. So luffing uses the winch: the hoist keeps the hook level while the jib moves
+# (level luffing). The winch's limits are divided in fixed shares, ``HOIST_SHARE`` for hoisting and the rest for
+# luffing, so that no overlap of the two exceeds the winch.
 
 HOIST_SHARE = 0.6
 """Share of the winch's rate, acceleration and jerk for hoisting; the rest is for luffing."""

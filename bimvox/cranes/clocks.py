@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 from bimvox.crane.conflict import Conflict, CraneTrack, first_conflict, first_start
 from bimvox.crane.outline import outline_of
 from bimvox.cranes.clock import Begun, CraneClock, PlacedLeg, ResumedLoad, standing_at
-from bimvox.cranes.lift import REST_NS, CraneLift, Leg
-from bimvox.cranes.track import approach_track
+from bimvox.cranes.lift import REST_NS, CraneLift, Leg, approach_track
 from bimvox.motion.steps import may_pause
 from bimvox.motion.trajectories import held_longer
 from bimvox.records.lift import LiftPlan

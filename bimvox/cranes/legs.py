@@ -25,8 +25,18 @@ from bimvox.crane.conflict import CraneTrack, first_conflict
 from bimvox.crane.kinematics import nearest_turn
 from bimvox.crane.outline import CraneOutline, outline_of
 from bimvox.crane.tower_crane import CranePose
-from bimvox.cranes.lift import REST_NS, Carried, HookError, Leg, Legs, Parking
-from bimvox.cranes.track import KEPT_PARKINGS, drawn_up, parking_cells, standing_track
+from bimvox.cranes.lift import (
+    KEPT_PARKINGS,
+    REST_NS,
+    Carried,
+    HookError,
+    Leg,
+    Legs,
+    Parking,
+    drawn_up,
+    parking_cells,
+    standing_track,
+)
 from bimvox.errors import PlanningError
 from bimvox.grid.frame import NO_CELLS
 from bimvox.motion.move import slowed
@@ -373,11 +383,9 @@ def _turn(angle_rad: float) -> float:
 
 # The legs of the empty hooks of several cranes to their next parts, for a plan that is being carried out.
 #
-# A crane whose last part is set moves to its next one as in a plan. If its hook is elsewhere, stopped between two
-# parts
+# A crane whose last part is set moves to its next one as in a plan. If its hook is elsewhere, stopped between two parts
 # or waiting, it continues from there: *early*, while no more parts are set than now; or *late*, when all parts that
-# come
-# before the next lift in the sequence may be in place or still in the yard.
+# come before the next lift in the sequence may be in place or still in the yard.
 
 _THERE_VOX = 1e-3
 

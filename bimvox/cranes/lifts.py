@@ -17,8 +17,7 @@ import numpy as np
 from bimvox.crane.conflict import COLUMNS, SLEW_HIGH, SLEW_LOW, CraneTrack
 from bimvox.cranes.clock import insist_on_room
 from bimvox.cranes.legs import CraneStart, LastLift, LegMaker, legs_from_there
-from bimvox.cranes.lift import Carried, CraneLift, Leg, Legs, Parking
-from bimvox.cranes.track import carrying_track
+from bimvox.cranes.lift import Carried, CraneLift, Leg, Legs, Parking, carrying_track
 from bimvox.errors import MotionError
 from bimvox.motion.time_plan import each_by_itself
 from bimvox.motion.trajectories import turned

@@ -25,9 +25,8 @@ from itertools import product
 
 from bimvox.cranes.clock import Begun, CraneClock, ResumedLoad, motions_of
 from bimvox.cranes.clocks import Clocks, Turn, Way
-from bimvox.cranes.lift import CraneLift, NoFreeTimeError
+from bimvox.cranes.lift import KEPT_PARKINGS, CraneLift, NoFreeTimeError
 from bimvox.cranes.lifts import crane_lifts
-from bimvox.cranes.track import KEPT_PARKINGS
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.preparation import Preparation
 from bimvox.records.lift import Lift, LiftPlan

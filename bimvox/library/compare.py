@@ -21,7 +21,7 @@ from bimvox.live.tracks import NamedTraffic, traffic_stated
 from bimvox.log.bundle import is_same_archive
 from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_files, held_in
 from bimvox.log.plan_log import PlanLog
-from bimvox.records.lift import LOAD_IS_HELD, Lift
+from bimvox.records.lift import LOAD_IS_HELD
 from bimvox.records.motion import CarriedOut, LiftMotion, Trajectory
 from bimvox.records.proof import Check
 from bimvox.site.assign import assigned
@@ -184,11 +184,6 @@ def compare_held(check: Check, log: PlanLog) -> None:
                 check.look(not (fault := _fault(load)), f"{name}: {fault}")
     for order in loads:
         check.look(False, f"the attached {file} holds lift {order + 1}; the plan does not")
-
-
-def _stored(lift: Lift) -> tuple[object, ...]:
-    place = lift.place
-    return () if place is None else (place.delivery, place.cell_vox, place.pose.value, place.turn)
 
 
 def _fault(load: Held) -> str:

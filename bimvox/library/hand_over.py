@@ -1,4 +1,4 @@
-"""Parts that another crane lifts than the one that they are assigned to, each with a note in the plan.
+"""Parts that another crane lifts than its own, each with a note in the plan; a faster sequence for several cranes.
 
 A lift without a free time for its crane goes to another crane that serves it. Its part stays at its place in the yard,
 and the sequence stays as it is. The other crane must have the same slings, carry the part at its pick and at its place,
@@ -12,12 +12,20 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.planning.other_cranes import could_lift
+from bimvox.cranes.lift import NoFreeTimeError
+from bimvox.cranes.schedule import time_lifts
+from bimvox.errors import MotionError
+from bimvox.planning.order_search import faster, plan_without_obstructions, prepare
+from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
+from bimvox.planning.stage import could_lift
+from bimvox.progress import Report
 from bimvox.records.lift import LiftPlan
 from bimvox.site.build import with_digests
 from bimvox.site.component import Component
 from bimvox.site.site import Site
+from bimvox.walk import Store
+from bimvox.workers import ALONE, Workers
 
 if TYPE_CHECKING:
     from bimvox.library.site import LoadedSite
@@ -42,7 +50,7 @@ def handed_over(site: Site, preparation: Preparation, ids: Collection[str]) -> t
     return _with_cranes(site, cranes), _noted(preparation, notes), [site.components[i].id for i in cranes]
 
 
-def given_to_others(site: Site, other: Site, preparation: Preparation) -> tuple[Site, Preparation]:
+def _given_to_others(site: Site, other: Site, preparation: Preparation) -> tuple[Site, Preparation]:
     """Return a site and its preparation, with a note on each part that another crane lifts than on the site before."""
     pairs = [(a, b) for a, b in zip(site.components, other.components, strict=True) if a.crane != b.crane]
     if not pairs:
@@ -117,3 +125,104 @@ def _faster_note(part: Component, own: TowerCrane, crane: TowerCrane) -> str:
         f"{part.label}: {crane.name} lifts it instead of {own.name}, all in all that is faster; "
         f'[[component]] crane = "{own.name}" prevents that'
     )
+
+
+# What is prepared for a site; for several cranes with a faster erection sequence, by their scheduled motions.
+#
+# The local search estimates. So its sequences, with each part lifted by its crane and with other cranes where that may
+# be faster, are planned and scheduled without obstructions, the greedy one included. Kept is the one in which fewest
+# lifts have no free time, and of these the fastest.
+
+
+def preparation_of(
+    site: Site,
+    progress: Report | None = None,
+    workers: Workers = ALONE,
+    free: Collection[str] = (),
+    store: Store | None = None,
+) -> tuple[Site, Preparation]:
+    """Return contacts, order and yard places of a site, and the site with the crane that lifts each part.
+
+    Args:
+        site: The site.
+        progress: Called with (stage, done, total).
+        workers: Share the work.
+        free: Ids of the components that another crane may lift.
+        store: What was planned and timed before is not done again.
+    """
+    store = Store() if store is None else store
+    preparation = prepare(site, progress, workers, store)
+    if not site.has_several_cranes:
+        return site, preparation
+    return faster_on_the_clock(site, preparation, workers, free, store)
+
+
+def faster_on_the_clock(
+    site: Site,
+    greedy: Preparation,
+    workers: Workers = ALONE,
+    free: Collection[str] = (),
+    store: Store | None = None,
+) -> tuple[Site, Preparation]:
+    """Return the preparation of a site with several cranes with the fastest sequence that is found, and the site then.
+
+    Args:
+        site: The site.
+        greedy: Its preparation with the greedy sequence.
+        workers: Share the work.
+        free: Ids of the components that another crane may lift.
+        store: As for ``preparation_of``.
+    """
+    store = Store() if store is None else store
+    ways = [(site, greedy)]
+    for ids in ((), free):
+        found = faster(site, greedy, workers, ids, store) if ids is free or free else None
+        if found is not None and all(_differs(found, way) for way in ways):
+            ways.append(found)
+    if len(ways) == 1:
+        return ways[0]
+    ends = [waiting_and_end(*way, workers, free, store) for way in ways]
+    known = [n for n, end in enumerate(ends) if end is not None]
+    other, made = ways[min(known, key=lambda n: ends[n] or (0, 0), default=0)]
+    return _given_to_others(site, other, made)
+
+
+def _differs(one: tuple[Site, Preparation], other: tuple[Site, Preparation]) -> bool:
+    cranes, others = ([part.crane for part in site.components] for site, _ in (one, other))
+    return cranes != others or one[1].sequence.order != other[1].sequence.order
+
+
+def waiting_and_end(
+    site: Site,
+    preparation: Preparation,
+    workers: Workers = ALONE,
+    free: Collection[str] = (),
+    store: Store | None = None,
+) -> tuple[int, int] | None:
+    """Return how many lifts have no free time, and when the last one ends; None if a lift cannot be driven.
+
+    The end is on the site's clock without obstructions.
+
+    Args:
+        site: The site, with several cranes.
+        preparation: Its preparation.
+        workers: Share the work.
+        free: Ids of the components that another crane may lift if their own has no free time for them.
+        store: As for ``preparation_of``.
+    """
+    store = Store() if store is None else store
+    plan = plan_without_obstructions(site, preparation, workers, store)
+    site, handed, refused = plan.site, set[str](), dict[str, str]()
+    while True:
+        try:
+            motions = time_lifts(plan, preparation, store, workers)
+        except NoFreeTimeError as error:
+            may = [part for part in error.reasons if part in free and part not in handed]
+            handed.update(may)
+            site, preparation, given_away = handed_over(site, preparation, may)
+            refused.update({part: why for part, why in error.reasons.items() if part not in given_away})
+            plan = plan_lifts(site, preparation, refused=refused, workers=workers, store=store)
+        except MotionError:
+            return None
+        else:
+            return len(refused), max((motion.end_ns for motion in motions), default=0)

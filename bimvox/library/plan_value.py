@@ -1,17 +1,22 @@
-"""The plan that the library returns: lifts, motions, verdict, and everything that it was made from."""
+"""The plan that the library returns: lifts, motions, verdict, and all that it was made from; its log, both ways."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import InputError, MissingPackageError
+from bimvox.files import write_atomically
+from bimvox.library.arguments import insist, path_of
 from bimvox.log.dates import all_remarks
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import PlanLog, with_full_rate
+from bimvox.log.reader import read_log as read_record
+from bimvox.log.recorder import write_log as write_record
 from bimvox.motion.figures import PlanFigures, plan_figures
 from bimvox.planning.preparation import Preparation
 from bimvox.policy.choice import PolicyInUse
@@ -22,6 +27,7 @@ from bimvox.records.proof import Remark, Verification
 from bimvox.site.component import Component
 from bimvox.site.part_names import names_by_id
 from bimvox.site.site import Site
+from bimvox.workers import ALONE, Workers
 
 if TYPE_CHECKING:
     import pandas
@@ -231,3 +237,40 @@ def _planned_lift(site: Site, lift: Lift, motion: LiftMotion | None, labels: Map
     )
     path_m = None if lift.path_vox is None else site.frame.corner_of(lift.path_vox)
     return PlannedLift(component, lift, motion, path_m, row)
+
+
+def write_log(plan: Plan, path: Path | str, *, full_rate: bool = False) -> Path:
+    """Write a plan as an MCAP log, whole or not at all, and return its path.
+
+    Args:
+        plan: The plan.
+        path: The log, ``.mcap``; an existing file is replaced.
+        full_rate: Whether viewers are shown every sample of the motions instead of those that a viewer needs. What is
+            proven is the same: every log has the exact samples.
+
+    Raises:
+        InputError: If ``plan`` is not a plan, or the name does not end in ``.mcap``.
+        FileError: If it cannot be written; ``path`` names it.
+    """
+    plan, path = insist("write_log", plan, Plan, "plan"), path_of("write_log", path)
+    if path.suffix.lower() != ".mcap":
+        raise InputError(f"{path}: a log is an MCAP file", hint=f"name it {path.with_suffix('.mcap').name}")
+    write_log_file(path, with_full_rate(plan.record) if full_rate else plan.record)
+    return path
+
+
+def read_log(path: Path | str) -> Plan:
+    """Return the plan of a log. It is not proven again, so its ``verdict`` is None: :func:`bimvox.verify` proves it.
+
+    Args:
+        path: A log of bimvox.
+
+    Raises:
+        LogFileError: If it is missing, damaged, or not a log of bimvox.
+    """
+    return Plan(read_record(path_of("read_log", path, "a log")))
+
+
+def write_log_file(path: Path, record: PlanLog, workers: Workers = ALONE) -> None:
+    """Write a log, whole or not at all; workers share the work."""
+    write_atomically(path, lambda stream: write_record(stream, record, workers=workers))

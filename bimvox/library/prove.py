@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, replace
 from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError, NoPlanError, listed
-from bimvox.library.faster import preparation_of
-from bimvox.library.hand_over import handed_over
+from bimvox.library.hand_over import handed_over, preparation_of
 from bimvox.motion.steps import steps_of
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
@@ -18,9 +17,9 @@ from bimvox.planning.rollout import proposer
 from bimvox.planning.rounds import OtherWays, Refusals, Refused, proven_in_rounds, refusals
 from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
+from bimvox.proof.clock import verify_steps
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import triangles_of, verify_plan
-from bimvox.proof.steps import verify_steps
 from bimvox.proof.values import check_motion_values, check_values
 from bimvox.records.lift import NOT_DRIVEN, LiftPlan, Method, ModelledClash, Status
 from bimvox.records.motion import LiftMotion

@@ -14,16 +14,14 @@ import numpy as np
 
 from bimvox.errors import MotionError, listed
 from bimvox.library.attached_files import config_in
-from bimvox.library.faster import preparation_of
-from bimvox.library.hand_over import as_assigned, without_named_crane
+from bimvox.library.hand_over import as_assigned, preparation_of, without_named_crane
 from bimvox.log.plan_log import PlanLog
 from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.one_lift import plan_lift, searched_at, unplanned_lift
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.search import shortest_path
-from bimvox.planning.stage import Obstacle, Stage
-from bimvox.planning.turning import turning_stage
+from bimvox.planning.stage import Obstacle, Stage, turning_stage
 from bimvox.progress import Progress
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.over_time import begins_ns, epochs_of

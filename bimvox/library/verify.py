@@ -22,10 +22,9 @@ from bimvox.log.reader import log_of
 from bimvox.log.shown import check_shown
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.proof.carried_out import check_carried_out
-from bimvox.proof.coverage import with_coverage
+from bimvox.proof.clock import verify_steps
 from bimvox.proof.over_time import not_current, verify_motions_over_time, verify_plan_over_time
-from bimvox.proof.steps import verify_steps
-from bimvox.proof.values import check_values
+from bimvox.proof.values import check_values, with_coverage
 from bimvox.records.proof import Verification
 from bimvox.records.steps import Steps
 from bimvox.site.part_names import names_by_id, with_names

@@ -27,7 +27,7 @@ from bimvox.live.other_ways import LiftWay, lift_ways
 from bimvox.live.traffic import NO_TRACK, Ground
 from bimvox.live.way import Hanging, Way, way_of
 from bimvox.motion.swing import pendulum_of
-from bimvox.planning.order.graph import order_graph
+from bimvox.planning.order.relations import order_graph
 from bimvox.planning.preparation import Preparation
 from bimvox.proof.footprint import CellMask, Footprint, MotionFootprint, motion_footprint, path_footprint
 from bimvox.records.lift import Lift, LiftPlan

@@ -19,7 +19,7 @@ from bimvox.compiled import leaf_kernel
 from bimvox.crane.kinematics import hook_of, joint_limits, joints_of
 from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.cranes.track import REACTION_S
+from bimvox.cranes.lift import REACTION_S
 from bimvox.motion.swing import STEP_S, Pendulum, swing_of
 
 TICK_S = 0.5

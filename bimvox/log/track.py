@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.motion.swept import cells_of_axes, load_frame
-from bimvox.planning.tipping import from_box_to_origin_m, lying_width_vox
+from bimvox.planning.stacks import from_box_to_origin_m, lying_width_vox
 from bimvox.records.lift import Guide, Lift
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.track import LiftTimes, LoadTrack, headings_off_rad

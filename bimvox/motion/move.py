@@ -22,8 +22,8 @@ from bimvox.records.lift import Guide
 
 # How fast the share of a curved line may be driven: by each axis's derivatives at points of the line.
 #
-# With q(u) an axis along the line and u(t) the share driven, the axis has the rate q' u', the acceleration
-# q' u'' + q'' u'^2 and the jerk q' u''' + 3 q'' u' u'' + q''' u'^3.
+# With q(u) an axis along the line and u(t) the share driven, the axis has the rate q' u', the acceleration q' u'' + q''
+# u'^2 and the jerk q' u''' + 3 q'' u' u'' + q''' u'^3.
 
 _POINTS = 65
 """Points of a line at which its derivatives are taken."""
@@ -277,13 +277,9 @@ def share_limits(crane: TowerCrane, move: Move) -> AxisLimits:
     Along a joint line they are exact; along a curved line they are those of ``_curve_limits``.
     """
     if move.line is Line.JOINT:
-        return _joint_limits(crane, move.start, move.end)
+        return AxisLimits(*_line_limits(axis_numbers(crane), axes_of(move.start), axes_of(move.end)))
     ends = np.array([axes_of(move.start), axes_of(move.end)])
     return AxisLimits(*_curve_limits(axis_numbers(crane), ends, move.line is Line.ARC))
-
-
-def _joint_limits(crane: TowerCrane, start: CranePose, end: CranePose) -> AxisLimits:
-    return AxisLimits(*_line_limits(axis_numbers(crane), axes_of(start), axes_of(end)))
 
 
 @inline_kernel

@@ -148,13 +148,10 @@ def _ruckig(scaled: AxisLimits, limits: AxisLimits) -> Any:
 
 # Moves shaped so that the load hangs at rest when they end.
 #
-# Zero-vibration shaping (Singer & Seering, "Preshaping Command Inputs to Reduce System Vibration", J. Dyn. Sys.,
-# Meas.,
+# Zero-vibration shaping (Singer & Seering, "Preshaping Command Inputs to Reduce System Vibration", J. Dyn. Sys., Meas.,
 # Control 112, 1990): a command in two halves, half a period apart, leaves no swing; in three parts (1/4, 1/2, 1/4)
-# little
-# even if the period differs from the assumed one. The share driven of a move's line is shaped, so the hook keeps to
-# the
-# line that was found free, and no limit is exceeded because the result is a mean of the profile.
+# little even if the period differs from the assumed one. The share driven of a move's line is shaped, so the hook keeps
+# to the line that was found free, and no limit is exceeded because the result is a mean of the profile.
 
 TWO = (0.5, 0.5)
 THREE = (0.25, 0.5, 0.25)

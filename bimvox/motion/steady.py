@@ -21,11 +21,9 @@ from bimvox.site.collision import CollisionSpace
 # Moves shaped together, so that the swing that one leaves is cancelled by the others.
 #
 # Zero-vibration shaping takes one move at a time and assumes that the hook moves along a straight line. Slewing turns
-# the
-# jib under the load, and a trolley that runs at the same time swings it sideways, so some swing is left in both
+# the jib under the load, and a trolley that runs at the same time swings it sideways, so some swing is left in both
 # directions of the plan. The sizes of the two parts of each move and the time between them are the parameters that
-# cancel
-# it. A few Gauss-Newton steps on the simulated swing find them; the crane goes no slower.
+# cancel it. A few Gauss-Newton steps on the simulated swing find them; the crane goes no slower.
 
 _MOVES = 3
 """How many of the last moves are adjusted: enough for both directions of the plan."""

@@ -53,7 +53,7 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
                 late_ns = max(carries_ns.values(), default=0)
                 steps = [_earlier(step, late_ns) for step in steps]
                 carries_ns, free_ns, ready_ns = dict.fromkeys(carries_ns, 0), dict.fromkeys(Means, 0), 0
-            at_ns = _pause_ns(site, motion)
+            at_ns = motion.hooked_ns if site.has_several_cranes else motion.start_ns
             wait_ns = ready_ns - so_far.starting_ns(at_ns)
             if wait_ns > 0:
                 pauses.append(Pause(lift.order, at_ns, wait_ns))
@@ -103,11 +103,6 @@ def may_pause(plan: LiftPlan) -> frozenset[int]:
         for lift in lifts
         if lift.status is Status.PLANNED and not later.isdisjoint(resting.on(lift.component))
     )
-
-
-def _pause_ns(site: Site, motion: LiftMotion) -> int:
-    """Return when the crane pauses before a lift, on the site's clock; of several cranes, no load hangs then."""
-    return motion.hooked_ns if site.has_several_cranes else motion.start_ns
 
 
 class _Resting:

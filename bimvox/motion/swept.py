@@ -22,8 +22,8 @@ from bimvox.site.collision import CollisionSpace, placement_is_free, range_is_fr
 
 # From hook poses to (continuous) reference cells of the load and back.
 #
-# The load keeps its heading while the crane slews, by tag line: it is only translated, as on the voxel path.
-# The hook is above the load's centre of mass, one sling length above its top.
+# The load keeps its heading while the crane slews, by tag line: it is only translated, as on the voxel path. The hook
+# is above the load's centre of mass, one sling length above its top.
 
 HookEnd = NDArray[np.int32] | NDArray[np.float64]
 """(3,) where a move of the empty hook begins or ends, in cells; above a centre of mass, aside of a whole cell."""

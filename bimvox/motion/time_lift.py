@@ -33,8 +33,7 @@ from bimvox.units import NS_PER_S
 # The empty hook between two lifts, under the same collision rule.
 #
 # The empty hook is one cell at the lower end of its slings, where the load's top was, so that it starts where the
-# loaded
-# hook ended.
+# loaded hook ended.
 
 HOOK_CELL = np.array([[0, 0, 0, 1, 1, 1]], np.int32)
 _BLOCK = 8

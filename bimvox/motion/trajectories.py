@@ -108,10 +108,8 @@ def cut_at(phases: Iterable[Phase], end_ns: int) -> tuple[Phase, ...]:
 # Motions that are kept, moved in time.
 #
 # If a lift takes longer or shorter than before, all later lifts start later or earlier; nothing else about them
-# changes.
-# A motion counts its samples from its own start, so only its start, end and phases move. If the lift before it now
-# ends
-# after another number of turns, whole turns are added to its slewing angles.
+# changes. A motion counts its samples from its own start, so only its start, end and phases move. If the lift before it
+# now ends after another number of turns, whole turns are added to its slewing angles.
 
 _SAME_RAD = 1e-7
 

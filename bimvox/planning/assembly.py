@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from bimvox.planning.insertion import Insertion, NoInsertion, PartToInsert, find_insertion
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
 from bimvox.planning.preparation import Preparation
-from bimvox.planning.refusal import carried_where, refused_by_crane
-from bimvox.planning.stage import Obstacle, Stage, with_cleared
+from bimvox.planning.stage import Obstacle, Stage, carried_where, refused_by_crane, with_cleared
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.site.collision import CollisionSpace, boxes_are_free, hook_is_free, placement_is_free
 from bimvox.site.component import Component, IntVec

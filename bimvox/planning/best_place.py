@@ -217,15 +217,11 @@ def _best(
     A place whose hook is in the crane's own columns is better than any other: so the cranes pick in different areas of
     the yard and do not get in each other's way there.
 
-    Args:
-        free: (X, Y) the free columns.
-        hook: (X, Y) where the hook may be.
-        too_high: (X + 1, Y + 1) ``counts`` of columns that are too high around it; size 0: none counts.
-        own: (X, Y) the columns nearest to the part's crane; size 0: all.
-        footprint: Its size along x and y, and where in it the hook is.
-        room: Where the lowest corner may be, and the columns around it, which must not be too high.
-        picks: The crane's axes.
-        ends: Where the hook comes from and goes to.
+    ``free``: (X, Y) the free columns; ``hook``: (X, Y) where the hook may be; ``too_high``: (X + 1, Y + 1) ``counts``
+    of columns that are too high around it; size 0: none counts; ``own``: (X, Y) the columns nearest to the part's
+    crane; size 0: all; ``footprint``: its size along x and y, and where in it the hook is; ``room``: where the lowest
+    corner may be, and the columns around it, which must not be too high; ``picks``: the crane's axes; ``ends``: where
+    the hook comes from and goes to.
     """
     nx, ny = free.shape
     size_x, size_y, hook_x, hook_y = footprint

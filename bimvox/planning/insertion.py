@@ -30,8 +30,7 @@ from bimvox.env.actions import MOVES
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.planning.contact.pairs import LEAST_GAP_M, Contacts
 from bimvox.planning.contact.sweep import rope_meets
-from bimvox.planning.guided import NoGuide, Pair, find_guide
-from bimvox.planning.known_guides import GuideSought
+from bimvox.planning.guided import GuideSought, NoGuide, Pair, find_guide
 from bimvox.planning.search import room_around, which_boxes_free, which_free
 from bimvox.records.lift import MOST_ASIDE_M, MOST_FORCE_N, MOST_TILT_RAD, Guide, side_force_n, swept_box_m
 from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace, boxes_are_free, hook_is_free, placement_is_free

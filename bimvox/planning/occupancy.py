@@ -138,13 +138,10 @@ def _count(
 ) -> IntVec:
     """Add objects to the counts, or remove them, in place; return the lowest corner of the cells that this changes.
 
-    Args:
-        counts: (X, Y, Z) uint16.
-        top: (X, Y) int32, one above the highest occupied cell of each column; updated too.
-        below: (X, Y, Z + 1) uint16, the occupied cells of each column below each height; updated too unless empty.
-        cells: (N, 3) int32 cells of one object after the other.
-        until: (M,) int64 end of the cells of each object.
-        is_added: (M,) whether the object is added.
+    ``counts``: (X, Y, Z) uint16; ``top``: (X, Y) int32, one above the highest occupied cell of each column; updated
+    too; ``below``: (X, Y, Z + 1) uint16, the occupied cells of each column below each height; updated too unless empty;
+    ``cells``: (N, 3) int32 cells of one object after the other; ``until``: (M,) int64 end of the cells of each object;
+    ``is_added``: (M,) whether the object is added.
     """
     low_x, low_y, low_z = counts.shape
     n = 0

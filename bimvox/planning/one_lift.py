@@ -17,8 +17,7 @@ from bimvox.grid.bricks import distinct
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.propose import Propose, ProposedGreedily
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
-from bimvox.planning.stage import Obstacle, Stage
-from bimvox.planning.turning import turning_stage
+from bimvox.planning.stage import Obstacle, Stage, turning_stage
 from bimvox.records.lift import Lift, Method, Status, YardPlace
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import IntVec
@@ -157,7 +156,7 @@ def _proposed(stage: Stage, lift: Lift, policies: Sequence[tuple[Propose, Method
     """
     for ask, method in policies:
         transit_vox = ask(stage.transit)
-        if transit_vox is not None and is_valid_transit(stage, transit_vox):
+        if transit_vox is not None and _is_valid_transit(stage, transit_vox):
             path_vox = _whole_path(transit_vox, stage)
             if method is not Method.GREEDY or lift.path_vox is None or len(path_vox) <= len(lift.path_vox):
                 return replace(lift, method=method, path_vox=path_vox)
@@ -171,7 +170,7 @@ def _whole_path(transit_vox: NDArray[np.int32], stage: Stage) -> NDArray[np.int3
     return path
 
 
-def is_valid_transit(stage: Stage, path_vox: NDArray[np.int32]) -> bool:
+def _is_valid_transit(stage: Stage, path_vox: NDArray[np.int32]) -> bool:
     """Return whether a path goes from the transit start to the gate by unit moves over free placements."""
     steps = np.abs(np.diff(path_vox.astype(np.int64), axis=0)).sum(axis=1)
     return bool(
@@ -189,7 +188,7 @@ def _is_still_valid(before: Lift, stage: Stage) -> bool:
     if path_vox is None or before.guide != stage.insertion.guide:
         return False
     transit = path_vox[: len(path_vox) - len(last) + 1]
-    return np.array_equal(path_vox[-len(last) :], last) and is_valid_transit(stage, transit)
+    return np.array_equal(path_vox[-len(last) :], last) and _is_valid_transit(stage, transit)
 
 
 def _distance(stage: Stage) -> int:

@@ -10,8 +10,7 @@ from collections.abc import Collection
 from dataclasses import replace
 from functools import partial
 
-from bimvox.planning.order.choose_order import travel_of
-from bimvox.planning.order.faster_order import FasterOrder
+from bimvox.planning.order.faster_order import FasterOrder, travel_of
 from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation, prepare_greedily

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bimvox.planning.contact.pairs import Contacts
-from bimvox.planning.order.choose_order import order_and_yard
+from bimvox.planning.order.faster_order import order_and_yard
 from bimvox.planning.order.relations import Precedence, precedence
 from bimvox.planning.order.sequence import ErectionSequence, Sequencer
 from bimvox.progress import Report

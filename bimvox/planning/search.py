@@ -27,7 +27,7 @@ _ROOM = 65_536
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SearchResult:
+class _SearchResult:
     """The result of a search.
 
     Attributes:
@@ -39,14 +39,14 @@ class SearchResult:
     expanded: int
 
 
-def shortest_path(space: CollisionSpace, start: IntVec, goal: IntVec) -> SearchResult:
+def shortest_path(space: CollisionSpace, start: IntVec, goal: IntVec) -> _SearchResult:
     """Return a shortest path of unit moves between two reference cells; the search is deterministic.
 
     There is no path if all placements reachable from the start, or all reachable from the goal, are known. The goal is
     checked after a while: a room around it is usually small, and the site around the start is large.
     """
     path, expanded = _a_star(space, space, np.array(start, np.int64), np.array(goal, np.int64), MOVES, 1)
-    return SearchResult(path if len(path) else None, int(expanded))
+    return _SearchResult(path if len(path) else None, int(expanded))
 
 
 def roomy_path(space: CollisionSpace, wide: CollisionSpace, path_vox: NDArray[np.int32]) -> NDArray[np.int32]:

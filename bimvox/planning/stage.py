@@ -1,18 +1,29 @@
-"""A stage: what the planner knows when it plans a lift, or why the lift cannot be planned."""
+"""A stage: what the planner knows when it plans a lift, or why the crane cannot do it or it cannot be planned."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import ceil, hypot
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.crane.load_chart import capacity_kg, wind_force_n
+from bimvox.crane.reach import allowed_radii_m
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.insertion import Insertion
 from bimvox.planning.propose import Transit
 from bimvox.records.lift import YardPlace
-from bimvox.site.collision import CollisionSpace
+from bimvox.site.access import unloading_columns
+from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import Component, IntVec
 from bimvox.site.default_rules import ALL_KEPT, Kept
+from bimvox.site.governing_wind import permitted_for
+from bimvox.site.lifting import crane_for, hung_kg
+from bimvox.site.site import Site
+from bimvox.site.transit_clearance import margin_vox
+from bimvox.site.turning import turning_space
+from bimvox.units import mass_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,3 +103,147 @@ def with_cleared(space: CollisionSpace, path_vox: NDArray[np.int32]) -> Collisio
     before = np.argwhere(space.cleared) + space.cleared_low - low
     cleared[tuple(before.T)] = True
     return space._replace(cleared_low=low.astype(np.int32), cleared=cleared)
+
+
+_LEAST_ABOVE_M = 0.5
+"""A load is turned to its final heading this far above its place, or higher ..."""
+_MOST_ABOVE_M = 6.0
+"""... but no higher than this, where a crew at its place can hold its tag line."""
+
+
+def turning_stage(site: Site, stage: Stage) -> Stage | None:
+    """Return a stage with a load that turns with the jib; None if it cannot turn above its start or above its place."""
+    place = stage.insertion.path_vox[-1]
+    if (stage.insertion.path_vox[:, :2] != place[:2]).any():
+        return None
+    margin = margin_vox(site, stage.kept)
+    space = turning_space(site, stage.component, stage.space, stage.start_vox, margin)
+    above = None if space is None else _where_it_turns(site, stage, space)
+    if above is None or above[:2] == stage.start_vox[:2]:
+        return None
+    return replace(stage, insertion=_from(above, stage.insertion, site.frame.voxel_size_m), turning=space)
+
+
+def _where_it_turns(site: Site, stage: Stage, space: CollisionSpace) -> IntVec | None:
+    """Return the lowest placement above the place at which the load may turn, with a free column down to the gate."""
+    x, y, low = stage.insertion.gate_vox
+    place, size_m = int(stage.insertion.path_vox[-1, 2]), site.frame.voxel_size_m
+    lowest, highest = place + ceil(_LEAST_ABOVE_M / size_m - 1e-9), place + int(_MOST_ABOVE_M / size_m + 1e-9)
+    for z in range(low, min(highest + 1, site.shape[2])):
+        if not placement_is_free(stage.space, x, y, z):
+            return None
+        if z >= lowest and placement_is_free(space, x, y, z):
+            return (x, y, z)
+    return None
+
+
+def _from(above: IntVec, insertion: Insertion, voxel_size_m: float) -> Insertion:
+    """Return last moves that begin at a placement straight above their gate."""
+    x, y, gate = insertion.gate_vox
+    column = np.array([(x, y, z) for z in range(above[2], gate, -1)], np.int32).reshape(-1, 3)
+    path_vox = np.concatenate([column, insertion.path_vox]).astype(np.int32)
+    guide = insertion.guide
+    if guide is not None and len(column):
+        top_m = guide.top_m + len(column) * voxel_size_m
+        guide = replace(guide, poses=((top_m, 0.0, 0.0), *guide.poses))
+    return replace(insertion, path_vox=path_vox, guide=guide)
+
+
+# Lifts that the crane cannot do whatever the path: too heavy, out of reach, or too much sail area for the wind.
+#
+# The reason gives the figure that decides and the governing radius.
+
+_SLACK_M = 1e-6
+
+
+def refused_by_crane(site: Site, component: Component) -> str | None:
+    """Return why the crane cannot lift a part to its place whatever the path; None if it can."""
+    crane = site.crane_of(component)
+    if crane is None:
+        return None
+    if component.lifting.no_gear:
+        return f"no gear serves its {mass_text(component.mass_kg)}: {component.lifting.no_gear}"
+    reasons = {one.name: _by_wind(site, one, component) or _by_radius(site, one, component) for one in site.cranes}
+    if reasons[crane.name] is None:
+        return _by_access(site, crane, component)
+    if not site.has_several_cranes:
+        return reasons[crane.name]
+    could = "could lift it, but the part is assigned to another crane"
+    return "; ".join(f"{name}: {reason or could}" for name, reason in reasons.items())
+
+
+def place_radius_m(site: Site, crane: TowerCrane, component: Component) -> float:
+    """Return the radius of the hook when a part is set."""
+    x, y = (component.target_vox[axis] + component.hook_line_vox[axis] + 0.5 for axis in (0, 1))
+    at = site.frame.corner_of([x, y, 0])
+    return hypot(float(at[0]) - crane.base_m[0], float(at[1]) - crane.base_m[1])
+
+
+def _by_access(site: Site, crane: TowerCrane, component: Component) -> str | None:
+    if site.access is None or len(unloading_columns(site, component)):
+        return None
+    return (
+        f"it cannot be unloaded: {carried_where(site, crane, component)}, and no truck can stand there ([areas] access)"
+    )
+
+
+def carried_where(site: Site, crane: TowerCrane, component: Component) -> str:
+    """Return at which radii a crane carries a part, in words."""
+    low_m, high_m = allowed_radii_m(
+        crane_for(site, crane, component), component.mass_kg, site.rules.highest_utilisation
+    )
+    radii = f"at radii from {low_m:.1f} to {high_m:.1f} m" if low_m <= high_m else "at no radius"
+    return f"{crane.name} carries {mass_text(hung_kg(crane, component))} with rigging and hook block {radii}"
+
+
+def _by_wind(site: Site, crane: TowerCrane, component: Component) -> str | None:
+    wind, drag, area = site.rules.wind_speed_m_s, site.rules.drag_coefficient, component.sail_area_m2
+    if wind <= 0.0 or "wind_speed_m_s" in site.rules.gives_way:
+        return None
+    if wind > crane.max_wind_m_s:
+        return f"the site's wind speed is {wind:g} m/s, but {crane.name} works only up to {crane.max_wind_m_s:g} m/s"
+    permitted = permitted_for(site, crane, component)
+    if wind <= permitted:
+        return None
+    force_kn = wind_force_n(wind, area, drag) / 1000.0
+    return (
+        f"its sail area of {area:.1f} m2 (drag {drag:g}, {mass_text(component.mass_kg)}) permits a wind speed of "
+        f"{permitted:.1f} m/s; at the site's {wind:g} m/s the wind force is {force_kn:.1f} kN"
+    )
+
+
+def _by_radius(site: Site, crane: TowerCrane, component: Component) -> str | None:
+    radius = place_radius_m(site, crane, component)
+    if not crane.min_radius_m - _SLACK_M <= radius <= crane.jib_length_m + _SLACK_M:
+        return (
+            f"its place is at a radius of {radius:.1f} m, but the hook of {crane.name} reaches from "
+            f"{crane.min_radius_m:.1f} to {crane.jib_length_m:.1f} m"
+        )
+    most_used = site.rules.highest_utilisation
+    _, furthest = allowed_radii_m(crane_for(site, crane, component), component.mass_kg, most_used)
+    if radius <= furthest + _SLACK_M:
+        return None
+    mass_kg = hung_kg(crane, component)
+    up_to = f"only up to {furthest:.1f} m" if furthest > 0.0 else "at no radius"
+    carries_kg = capacity_kg(crane.chart, radius)
+    where = f"governing radius {radius:.1f} m, at its place: {mass_text(mass_kg)} with rigging and hook block"
+    if mass_kg <= carries_kg:
+        return (
+            f"{where}, {100.0 * mass_kg / carries_kg:.1f} % of the capacity of {crane.name} on {crane.falls} falls; "
+            f"[rules] highest_utilisation permits {100.0 * most_used:g} %, {up_to}"
+        )
+    return (
+        f"{where}, but there {crane.name} on {crane.falls} falls carries {mass_text(carries_kg)}; "
+        f"it carries that mass {up_to}"
+    )
+
+
+def could_lift(site: Site, part: Component, place: YardPlace, number: int) -> bool:
+    """Return whether a crane could lift a part from its place in the yard with the slings that were chosen for it."""
+    crane, given = site.cranes[number], replace(part, crane=number)
+    if crane.sling_m != site.cranes[part.crane].sling_m or refused_by_crane(site, given) is not None:
+        return False
+    hook_vox = np.add(place.transit_start_vox, part.hook_line_vox)[:2] + 0.5
+    at_m = site.frame.corner_of([*hook_vox.tolist(), 0.0])[:2]
+    low_m, high_m = allowed_radii_m(crane_for(site, crane, part), part.mass_kg, site.rules.highest_utilisation)
+    return bool(low_m <= np.hypot(*(at_m - np.array(crane.base_m[:2]))) <= high_m)

@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from bimvox.compiled import kernel
-from bimvox.proof.gate import gate_of
-from bimvox.proof.heading import cells_at_any_heading, turning_rows
-from bimvox.proof.lift import LiftProof
-from bimvox.proof.marks import Marks, hits, over
+from bimvox.proof.ends import gate_of
+from bimvox.proof.guided import cells_at_any_heading, turning_rows
+from bimvox.proof.load import LiftProof
 from bimvox.proof.moment import Moment, Thing
 from bimvox.proof.moment import beside as things_beside
-from bimvox.proof.space import BETWEEN_VOX, positions_of, tail_of, whole_cells, within
+from bimvox.proof.space import BETWEEN_VOX, Marks, hits, over, positions_of, tail_of, whole_cells, within
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.site.component import IntVec

@@ -134,7 +134,7 @@ def _by_delivery(lifts: Sequence[Lift]) -> dict[int, list[tuple[Lift, YardPlace]
 
 
 @kept
-def finished(component: Component) -> Thing:
+def _finished(component: Component) -> Thing:
     """Return a component at its place in the building."""
     return Thing(component.id, component.shape.cells + np.array(component.target_vox, np.int32), component.index)
 
@@ -151,7 +151,7 @@ def stored_thing(site: Site, lift: Lift, place: YardPlace) -> Thing:
 
 def near_and_far(component: Component, present: Sequence[Thing]) -> tuple[list[Thing], list[Thing]]:
     """Return the present things with triangles that share or touch cells with a part in its place, and the others."""
-    target = finished(component)
+    target = _finished(component)
     low, high = [n - 1 for n in target.low], [n + 1 for n in target.high]
     near = [thing for thing in beside(present, low, high) if thing.solid != NO_SOLID and _touches(target, thing)]
     close = set(near)
@@ -221,7 +221,7 @@ def _fixed(blocker: Blocker, solid: int) -> Thing:
 
 @kept
 def _set(component: Component, shape: IntVec) -> Thing:
-    whole = finished(component)
+    whole = _finished(component)
     return whole if whole.is_within(shape) else Thing(whole.name, _inside(whole.cells, shape), whole.solid)
 
 

@@ -17,10 +17,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.between import Between, Turn, turn_of
 from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.clearance import MOTION_MARGIN, Clearances, TransitProof
+from bimvox.proof.clock import check_durations, check_phase_names
 from bimvox.proof.crane.axes import (
+    check_capacity,
     check_limits,
     check_phases,
     check_range,
@@ -28,16 +29,12 @@ from bimvox.proof.crane.axes import (
     check_spacing,
     is_sound,
 )
-from bimvox.proof.crane.capacity import check_capacity
-from bimvox.proof.crane.separation import check_cranes
-from bimvox.proof.crane.turns import check_turns
-from bimvox.proof.durations import check_durations
+from bimvox.proof.crane.separation import check_cranes, check_turns
 from bimvox.proof.ends import check_ends
-from bimvox.proof.heading import check_heading
-from bimvox.proof.hook import HookProof
+from bimvox.proof.guided import check_heading
+from bimvox.proof.hook import Between, HookProof, Turn, turn_of
 from bimvox.proof.load import LoadProof
 from bimvox.proof.moment import Moment, Standing
-from bimvox.proof.phase_names import check_phase_names
 from bimvox.proof.plan import triangles_of
 from bimvox.proof.rigging import rigging_kg
 from bimvox.proof.space import ALWAYS_NS, RawCells

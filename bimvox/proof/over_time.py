@@ -11,11 +11,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from bimvox.proof.clock import check_clock
+from bimvox.proof.clock import check_clock, check_stops
 from bimvox.proof.motion import verify_motions, verify_together
 from bimvox.proof.plan import verify_plan
 from bimvox.proof.space import ALWAYS_NS
-from bimvox.proof.stops import check_stops
 from bimvox.records.lift import LOAD_IS_HELD, Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, Verification
@@ -205,12 +204,12 @@ def epochs_of(plan: LiftPlan) -> Iterator[tuple[int, int, Site]]:
     """Yield start, end (site's clock, ns) and site of each epoch; the last site is the plan's own."""
     from_ns = ALWAYS_NS[0]
     for epoch in plan.history:
-        yield from_ns, epoch.until_ns, site_with(plan.site, epoch.obstructions)
+        yield from_ns, epoch.until_ns, _site_with(plan.site, epoch.obstructions)
         from_ns = epoch.until_ns
     yield from_ns, ALWAYS_NS[1], plan.site
 
 
-def site_with(site: Site, obstructions: Iterable[Blocker]) -> Site:
+def _site_with(site: Site, obstructions: Iterable[Blocker]) -> Site:
     """Return a site with other obstructions; its labels and digests are those of the original."""
     fixed = tuple(blocker for blocker in site.blockers if blocker.kind != "obstruction")
     return replace(site, blockers=(*fixed, *obstructions))

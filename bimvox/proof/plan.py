@@ -17,30 +17,32 @@ from numpy.typing import NDArray
 
 from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.clearance import Clearances, nearest, reach_vox
-from bimvox.proof.complete import check_complete
-from bimvox.proof.crane.capacity import shares_of_capacity
-from bimvox.proof.gate import gate_of
-from bimvox.proof.guided import check_guide
-from bimvox.proof.heading import cells_at_any_heading, check_rule, turning_placements
-from bimvox.proof.marks import Marks, hits
-from bimvox.proof.mass import check_mass
+from bimvox.proof.crane.axes import shares_of_capacity
+from bimvox.proof.ends import gate_of
+from bimvox.proof.guided import cells_at_any_heading, check_guide, check_rule, turning_placements
 from bimvox.proof.moment import Standing, Thing, beside, cells_in_common, near_and_far, passed_by
-from bimvox.proof.racks import check_racks, rack_of
-from bimvox.proof.rigging import check_rigging, rigging_kg
-from bimvox.proof.shape import check_shape, check_structure
-from bimvox.proof.site_rules import check_no_load, check_rope_margin, check_wind, check_zones
-from bimvox.proof.slings import check_slings
-from bimvox.proof.space import whole_cells
-from bimvox.proof.stands import check_stands
+from bimvox.proof.rigging import check_rigging, check_slings, rigging_kg
+from bimvox.proof.shape import check_mass, check_shape, check_structure
+from bimvox.proof.site_rules import (
+    check_deliveries,
+    check_no_load,
+    check_place,
+    check_rope_margin,
+    check_wind,
+    check_zones,
+    first_of,
+)
+from bimvox.proof.space import Marks, hits, whole_cells
 from bimvox.proof.storage import (
     check_gap,
     check_last_in,
+    check_racks,
     check_stacks,
     check_unloading,
+    rack_of,
 )
-from bimvox.proof.support import Supports
-from bimvox.proof.words import first_of
-from bimvox.proof.yard import check_deliveries, check_place
+from bimvox.proof.support import Supports, check_stands
+from bimvox.proof.values import check_complete
 from bimvox.records.lift import NOT_ITS_CELLS, Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.site.component import Component

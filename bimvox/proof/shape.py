@@ -1,6 +1,8 @@
-"""The verifier's test of voxelization: the cells of parts and structures cover their true surfaces."""
+"""The verifier's test of voxelization: the cells of parts cover their surfaces, and their masses fit their volumes."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,8 +10,9 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
 from bimvox.grid.frame import GridFrame
+from bimvox.kept import kept
 from bimvox.proof.bodies.filled import unfilled
-from bimvox.proof.bodies.solid import corner_numbers, is_matched
+from bimvox.proof.bodies.solid import are_edges_matched, corner_numbers, pieces_of
 from bimvox.records.proof import Check
 from bimvox.site.component import Component, IntVec
 from bimvox.site.means import Means
@@ -64,14 +67,9 @@ def _check_cells(
 ) -> None:
     """Check that points spread over triangles, half a cell apart, lie in the cells, and that their boxes agree.
 
-    Args:
-        check: Receives what was looked at.
-        name: Of the part.
-        mesh: Its triangles.
-        cells: (N, 3) its cells.
-        frame: Frame of the grid.
-        shape: Points outside a grid of this shape are ignored; None: there are none.
-        may_be_open: Whether it is undecided, not a failure, that an open mesh does not fill its cells.
+    ``check``: receives what was looked at; ``cells``: (N, 3) its cells; ``shape``: points outside a grid of this shape
+    are ignored; None: there are none; ``may_be_open``: whether it is undecided, not a failure, that an open mesh does
+    not fill its cells.
     """
     first, last = cells.min(axis=0), cells.max(axis=0)
     dense = np.zeros(last - first + 3, np.bool_)
@@ -92,7 +90,7 @@ def _check_cells(
     reaches = (first < np.floor(low - border)).any() or (last + 1 > np.floor(high + border) + 1).any()
     check.look(not reaches, f"{name}: its cells reach further than its surface")
     empty = unfilled(dense, touched, mesh, corners, border)
-    if len(empty) and may_be_open and not is_matched(corner_numbers(mesh)):
+    if len(empty) and may_be_open and not are_edges_matched(corner_numbers(mesh)):
         check.undecided.append(
             f"{name}: its mesh is open and does not fill its cells: {len(empty)} of {len(cells)} count as they are"
         )
@@ -131,18 +129,10 @@ def _look(
 
     Neighbours are at most a spacing apart, but an edge has at most ``_FINEST`` parts.
 
-    Args:
-        dense: (X, Y, Z) the cells of the part.
-        touched: (X, Y, Z) receives those of them around each point, a border's width to either side.
-        corners: (F, 3, 3) the triangles, in cells of the array.
-        low: (3,) points below it do not count.
-        high: (3,) points above it do not count.
-        spacing: In cells.
-        border: In cells.
-
-    Returns:
-        How many points count, how many of them no cell of the part is around, and the (3,) first of these: of the
-        triangles with the fewest parts.
+    ``dense``: (X, Y, Z) the cells of the part; ``touched``: (X, Y, Z) receives those of them around each point, a
+    border's width to either side; ``corners``: (F, 3, 3) the triangles, in cells of the array; ``low``: (3,) points
+    below it do not count; ``high``: (3,) points above it do not count. How many points count, how many of them no cell
+    of the part is around, and the (3,) first of these: of the triangles with the fewest parts.
     """
     looked, bare, fewest, first = 0, 0, _FINEST + 1, np.zeros(3)
     at, begins, ends = np.empty(3), np.empty(3, np.int64), np.empty(3, np.int64)
@@ -179,3 +169,62 @@ def _look(
                     for k in range(3):
                         first[k] = at[k]
     return looked, bare, first
+
+
+LEAST_KG_M3 = 10.0
+"""Foam boards weigh 10 to 40 kg/m3. Hollow parts that are drawn solid (tanks, box girders, ducts) weigh more."""
+MOST_KG_M3 = 25_000.0
+"""Osmium, the densest metal, weighs 22,600 kg/m3."""
+LEAST_KG_M2 = 0.05
+"""Of surface. A foil of 0.1 mm weighs 0.09 kg/m2, and has two sides."""
+_THINNEST_M = 1e-4
+"""A closed mesh that is thinner on average is a sheet, whose volume means nothing."""
+
+
+class _Volumes(NamedTuple):
+    """What a mesh encloses.
+
+    Attributes:
+        least_m3: The volume, where bodies that face opposite ways cancel; 0 if the mesh is open or a sheet.
+        most_m3: The sum of the volumes of its bodies; infinite if the mesh is open or a sheet.
+        area_m2: Its surface.
+    """
+
+    least_m3: float
+    most_m3: float
+    area_m2: float
+
+
+def check_mass(check: Check, component: Component, voxel_size_m: float) -> None:
+    """Check that a material of this density exists, and that an open mesh weighs at least as much as a foil."""
+    found, mass_kg = volumes_of(component.mesh), component.mass_kg
+    cells_m3 = len(component.shape.cells) * voxel_size_m**3
+    least_m3, most_m3 = min(found.least_m3, cells_m3), min(found.most_m3, cells_m3)
+    if least_m3:
+        check.measure(mass_kg / least_m3)
+    check.look(
+        mass_kg >= LEAST_KG_M3 * least_m3,
+        f"{component.id}: its mass, {mass_kg:g} kg for {least_m3:.3g} m3, is less than {LEAST_KG_M3:g} kg/m3",
+    )
+    check.look(
+        mass_kg >= LEAST_KG_M2 * found.area_m2,
+        f"{component.id}: its mass, {mass_kg:g} kg for {found.area_m2:.3g} m2 of surface, is less than that of a foil",
+    )
+    check.look(
+        mass_kg <= MOST_KG_M3 * most_m3,
+        f"{component.id}: its mass, {mass_kg:g} kg for {most_m3:.3g} m3, is more than {MOST_KG_M3:,.0f} kg/m3",
+    )
+
+
+@kept
+def volumes_of(mesh: TriangleMesh) -> _Volumes:
+    """Return what a mesh encloses."""
+    triangles = mesh.triangles_m
+    sides = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    area_m2 = float(np.linalg.norm(sides, axis=1).sum()) / 2.0
+    numbers = corner_numbers(mesh)
+    volumes_m3 = np.bincount(pieces_of(numbers), np.linalg.det(triangles - mesh.bounds_m.mean(axis=0)) / 6.0)
+    most_m3 = float(np.abs(volumes_m3).sum())
+    if not are_edges_matched(numbers) or most_m3 <= _THINNEST_M * area_m2 / 2.0:
+        return _Volumes(0.0, np.inf, area_m2)
+    return _Volumes(abs(float(volumes_m3.sum())), most_m3, area_m2)

@@ -1,8 +1,9 @@
-"""The proof that a lift respects the zones, the wind limit and the storage of the site file, without the planner."""
+"""The proof that a lift respects zones, wind limit and storage of the site file, and its place in the yard."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import shapely
@@ -14,14 +15,24 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.kept import kept
 from bimvox.proof.bodies.solid import point_numbers
 from bimvox.proof.clearance import nearest_to_rope
-from bimvox.proof.moment import Thing
+from bimvox.proof.moment import Thing, beside
 from bimvox.proof.rigging import rigging_kg
 from bimvox.proof.space import whole_cells
-from bimvox.proof.words import first_of
+from bimvox.proof.storage import check_truck, stands_on_something
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.proof import Check
 from bimvox.site.component import Component, StoredPose
+from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape
 from bimvox.site.site import Site
+
+
+def first_of(values: NDArray[Any]) -> str:
+    """Return the first of some numbers, or of some cells as ``(x, y, z)``; empty if there are none."""
+    if not len(values):
+        return ""
+    first = values[0].tolist()
+    return str(tuple(first)) if isinstance(first, list) else f"{first:g}"
+
 
 _TURN = np.radians(15.0)
 _PERMITTED_M2_PER_T = 1.2
@@ -73,7 +84,7 @@ def check_wind(check: Check, site: Site, crane: TowerCrane, component: Component
     wind = site.rules.wind_speed_m_s
     if wind <= 0.0:
         return
-    area_m2 = shown_m2(component.mesh, component.sail_area_m2)
+    area_m2 = _shown_m2(component.mesh, component.sail_area_m2)
     check.look(
         area_m2 <= component.sail_area_m2 * (1.0 + _SHARE) + _SHARE,
         f"{component.id}: it shows the wind {area_m2:.3f} m2, not {component.sail_area_m2:.3f} m2",
@@ -129,7 +140,7 @@ def _around_rope(counts: NDArray[np.uint16], hooks: NDArray[np.int64], reach: in
 
 
 @kept
-def shown_m2(mesh: TriangleMesh, claimed_m2: float) -> float:
+def _shown_m2(mesh: TriangleMesh, claimed_m2: float) -> float:
     """Return the largest area that a mesh shows from the sides; the claim if it shows no more.
 
     Two bounds decide about most shapes: the outline of the corners' hull and, for a closed surface, half of all faces.
@@ -178,7 +189,7 @@ def _closes(mesh: TriangleMesh) -> bool:
     return not (times % 2).any()
 
 
-def check_stored(check: Check, component: Component, place: YardPlace) -> None:
+def _check_stored(check: Check, component: Component, place: YardPlace) -> None:
     """Check that a part lies as the site file says, otherwise down if it is upended and upright if it is not."""
     if component.stored_pose is not None:
         wanted: tuple[StoredPose, ...] = (component.stored_pose,)
@@ -193,3 +204,90 @@ def check_stored(check: Check, component: Component, place: YardPlace) -> None:
             place.turn == component.stored_turn,
             f"{component.label}: is stored turned by {place.turn} quarters, the site file says {component.stored_turn}",
         )
+
+
+def check_deliveries(check: Check, site: Site, lifts: Sequence[Lift]) -> None:
+    """Check that deliveries come in order, and that each fits onto a truck."""
+    loads: dict[int, list[Lift]] = {}
+    for lift in lifts:
+        if lift.place is not None:
+            loads.setdefault(lift.place.delivery, []).append(lift)
+    for number, load in loads.items():
+        check_truck(check, site, number, load)
+    delivery = 0
+    for lift in lifts:
+        if lift.place is not None:
+            check.look(
+                lift.place.delivery >= delivery,
+                f"{site.components[lift.component].id}: comes with an earlier delivery than the lift before",
+            )
+            delivery = lift.place.delivery
+    missing = min(set(range(delivery + 1)) - loads.keys(), default=None) if loads else None
+    check.look(missing is None, f"delivery {delivery} comes, but delivery {missing} does not")
+
+
+def check_place(check: Check, site: Site, component: Component, place: YardPlace, present: Sequence[Thing]) -> None:
+    """Check that a part lies in the yard as it may, and that it can be raised, erected and turned there."""
+    cells = place.shape.cells + np.array(place.cell_vox)
+    turned = stored_shape(component.shape, place.pose, place.turn)
+    check.look(np.array_equal(turned.cells, place.shape.cells), f"{component.id}: stored in another shape than its own")
+    inside = bool(((cells >= 0) & (cells < site.shape)).all())
+    check.look(inside, f"{component.id}: stored outside the site")
+    if not inside:
+        return
+    check.look(
+        place.stack > 0 or stands_on_something(site, place),
+        f"{component.id}: is stored neither on the ground nor on structure",
+    )
+    if component.start_vox is not None:
+        check.look(
+            place.cell_vox == component.start_vox,
+            f"{component.id}: is stored at {place.cell_vox}, the site file says {component.start_vox}",
+        )
+    else:
+        check.look(bool(site.yard[tuple(cells[:, :2].T)].all()), f"{component.id}: stored outside the yard")
+    _check_stored(check, component, place)
+    size = np.array(erection_size_vox(turned_shape(component.shape, place.turn), place.pose))
+    size[2] += place.rise_vox - 1
+    low = np.array(place.cell_vox)
+    raised = "erected" if place.pose is not StoredPose.AS_BUILT else "raised"
+    first, last = low.tolist(), (low + size - 1).tolist()
+    close = beside(present, first, last)
+    check.look(True, "", samples=len(present) - len(close))
+    for thing in close:
+        hit = ((thing.cells >= low) & (thing.cells < low + size)).all(axis=1)
+        check.look(not hit.any(), f"{component.id}: meets {thing.name} while it is {raised}")
+    _check_turning(check, site, component, place, present)
+
+
+def _check_turning(check: Check, site: Site, component: Component, place: YardPlace, present: Sequence[Thing]) -> None:
+    """Check that the upright, raised part turns freely about its hook: in its corners' circle, at its height."""
+    check.look(
+        place.rise_vox == 1 or place.turn != 0,
+        f"{component.id}: is raised by {place.rise_vox} cells, yet not turned",
+    )
+    if place.turn == 0:
+        return
+    shape, hook = component.shape, component.hook_offset_vox
+    lies = np.array(place.cell_vox[:2]) + turned_hook(shape, hook, place.turn)[:2]
+    axis = np.array(place.transit_start_vox[:2]) + hook[:2]
+    check.look(bool((lies == axis).all()), f"{component.id}: does not turn about its hook")
+    # The hook need not be at the same place within that column for the part as it lies: it moves first.
+    x, y = component.hook_aside_vox
+    lain = [(x, y), (-y, x), (-x, -y), (y, -x)][place.turn % 4]
+    far = np.abs(shape.cells[:, :2] - np.array(component.hook_line_vox[:2])) + 0.5
+    radius = float(np.hypot(*far.T).max() + np.hypot(lain[0] - x, lain[1] - y))
+    low = place.cell_vox[2] + place.rise_vox
+    high = low + int(shape.cells[:, 2].max()) + 1
+    centre = axis + 0.5 + component.hook_aside_vox
+    inside = (centre - radius >= -1e-9).all() and (centre + radius <= np.array(site.shape[:2]) + 1e-9).all()
+    check.look(bool(inside) and high <= site.shape[2], f"{component.id}: turns beyond the site's boundary")
+    # The circle fits into this box of cells.
+    reach = int(np.ceil(radius)) + 2
+    first, last = [*(axis - reach).tolist(), low], [*(axis + reach).tolist(), high - 1]
+    close = beside(present, first, last)
+    check.look(True, "", samples=len(present) - len(close))
+    for thing in close:
+        cells = thing.cells[(thing.cells[:, 2] >= low) & (thing.cells[:, 2] < high)]
+        away = np.hypot(*np.maximum(np.abs(cells[:, :2] + 0.5 - centre) - 0.5, 0.0).T)
+        check.look(bool((away >= radius - 1e-9).all()), f"{component.id}: meets {thing.name} while it is turned")

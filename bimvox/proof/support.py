@@ -1,15 +1,19 @@
-"""The proof that everything which must be in place before a part is set is in place."""
+"""The proof that everything which must be in place before a part is set is in place, and that each stage is stable."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
+from bimvox.compiled import kernel
 from bimvox.proof.bodies.triangles import TriangleCheck
+from bimvox.proof.moment import Thing, fixed_things, set_thing
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
+from bimvox.site.site import Site
 
 
 class Supports:
@@ -68,3 +72,86 @@ class Supports:
         good = number is None or (number in placed) == must or number in self.infeasible
         word = "after" if must else "before"
         check.look(good, f"{component.id}: is not set {word} {other}, as the site file asks")
+
+
+# The verifier's test that the building is stable at every stage, in the reverse order of erection.
+#
+# When parts are removed from the last lift to the first, every remaining part must stay supported: its cells touch the
+# ground or structure, directly or through other parts. Two kinds of parts are excluded: parts that touch nothing even
+# in the finished building, and parts that the plan lists because their support is not in the model.
+
+
+def check_stands(
+    check: Check, site: Site, lifts: Sequence[Lift], *, unheld: Collection[str] = (), proven: Collection[int] = ()
+) -> None:
+    """Check that every planned part is supported when it is set.
+
+    Args:
+        check: Receives the result.
+        site: The site.
+        lifts: All lifts of the plan, ascending order.
+        unheld: Ids of parts that the plan lists as supported by something that is not in the model.
+        proven: Orders of lifts that were proven before (an extract of a log omits them): they are supported.
+    """
+    held = np.zeros(site.shape, np.bool_)
+    for blocker, fixed in zip(site.blockers, fixed_things(site), strict=True):
+        if blocker.kind in ("ground", "structure"):
+            _hold(held, fixed.cells)
+    loose: list[tuple[Component, Thing]] = []
+    for lift in lifts:
+        if not lift.is_set:
+            continue
+        component = site.components[lift.component]
+        thing = set_thing(site, lift)
+        cells = thing.cells
+        if lift.order in proven or lift.is_set_otherwise or component.id in unheld:
+            _hold(held, cells)
+            continue
+        check.about = component.id
+        check.look(True, "")
+        if not _touches(held, cells):
+            loose.append((component, thing))
+            continue
+        _hold(held, cells)
+        caught = True
+        while caught:
+            caught = False
+            for other, waits in list(loose):
+                if _touches(held, waits.cells):
+                    _hold(held, waits.cells)
+                    loose.remove((other, waits))
+                    caught = True
+                    check.about = other.id
+                    check.look(False, f"{other.id}: has no hold until {component.id} is set")
+    missing = np.zeros(site.shape, np.bool_)
+    for lift in lifts:
+        if not lift.is_set:
+            _hold(missing, set_thing(site, lift).cells)
+    for component, thing in loose:
+        check.about = component.id
+        check.look(not _touches(missing, thing.cells), f"{component.id}: has no hold, what it touches is infeasible")
+    check.about = None
+
+
+@kernel
+def _hold(held: NDArray[np.bool_], cells: NDArray[np.int32]) -> None:
+    """Mark cells as supported; cells outside the grid are ignored."""
+    nx, ny, nz = held.shape
+    for n in range(cells.shape[0]):
+        x, y, z = cells[n, 0], cells[n, 1], cells[n, 2]
+        if 0 <= x < nx and 0 <= y < ny and 0 <= z < nz:
+            held[x, y, z] = True
+
+
+@kernel
+def _touches(held: NDArray[np.bool_], cells: NDArray[np.int32]) -> bool:
+    """Return whether a supported cell is among the cells or next to one of them, corners included."""
+    nx, ny, nz = held.shape
+    for n in range(cells.shape[0]):
+        x, y, z = cells[n, 0], cells[n, 1], cells[n, 2]
+        for i in range(max(x - 1, 0), min(x + 2, nx)):
+            for j in range(max(y - 1, 0), min(y + 2, ny)):
+                for k in range(max(z - 1, 0), min(z + 2, nz)):
+                    if held[i, j, k]:
+                        return True
+    return False

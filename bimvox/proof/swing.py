@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.between import EmptyWay, one_way
 from bimvox.proof.crane.pendulum import STEP_NS, Swung, hanging_m, swung_parts
-from bimvox.proof.heading import cells_at_any_heading, turning_rows
-from bimvox.proof.lift import LiftProof
+from bimvox.proof.guided import cells_at_any_heading, turning_rows
+from bimvox.proof.hook import EmptyWay, one_way
+from bimvox.proof.load import LiftProof
 from bimvox.proof.moment import Moment, Thing, near_and_far
-from bimvox.proof.placements import Placements
-from bimvox.proof.space import BETWEEN_VOX, cells_below, tail_of
+from bimvox.proof.space import BETWEEN_VOX, Placements, cells_below, tail_of
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.site.component import Component
@@ -92,7 +91,7 @@ class SwingProof(LiftProof):
             (_SLINGS_END, _SLINGS_END) if component is None else (component.hook_offset_vox, component.hook_line_vox)
         )
         cells = cells_below(crane_for(self.site, self.crane, component), frame, swung.hook_m, line)
-        beyond_vox = beyond_rest_m(swung.offset_m) / frame.voxel_size_m
+        beyond_vox = _beyond_rest_m(swung.offset_m) / frame.voxel_size_m
         clock_ns = swung.time_s * 1e9 + float(start_ns)
         now = (clock_ns >= self.window_ns[0] - STEP_NS) & (clock_ns <= self.window_ns[1] + STEP_NS)
         swings = (beyond_vox[:, 0] != 0.0) | (beyond_vox[:, 1] != 0.0)
@@ -103,7 +102,7 @@ class SwingProof(LiftProof):
         rows = np.flatnonzero(swings & ~tail)
         if not len(rows):
             return
-        at, positions = across(cells, beyond_vox, thinned(cells, beyond_vox, rows))
+        at, positions = _across(cells, beyond_vox, _thinned(cells, beyond_vox, rows))
         placements = Placements(positions, np.full(len(positions), BETWEEN_VOX))
         bad = np.zeros(len(positions), np.bool_)
         if component is not None:
@@ -171,16 +170,16 @@ def swung_placements(
     for swung in swung_parts(crane, motion, way, below_hook_m) if below_hook_m is not None else ():
         line = _SLINGS_END if component is None else component.hook_line_vox
         cells = cells_below(crane_for(site, crane, component), site.frame, swung.hook_m, line)
-        beyond_vox = beyond_rest_m(swung.offset_m) / site.frame.voxel_size_m
+        beyond_vox = _beyond_rest_m(swung.offset_m) / site.frame.voxel_size_m
         swings = (beyond_vox[:, 0] != 0.0) | (beyond_vox[:, 1] != 0.0)
         rows = np.flatnonzero(swings & (swung.time_s * 1e9 >= rest_ns - STEP_NS))
         if len(rows):
-            _, positions = across(cells, beyond_vox, thinned(cells, beyond_vox, rows))
+            _, positions = _across(cells, beyond_vox, _thinned(cells, beyond_vox, rows))
             found.append(Placements(positions, np.full(len(positions), BETWEEN_VOX)).cells)
     return np.concatenate(found)
 
 
-def beyond_rest_m(offset_m: NDArray[np.float64]) -> NDArray[np.float64]:
+def _beyond_rest_m(offset_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (N, 2) how far loads swing beyond what counts as rest."""
     length = np.hypot(offset_m[:, 0], offset_m[:, 1])
     share = np.maximum(length - REST_M, 0.0) / np.maximum(length, 1e-12)
@@ -189,7 +188,7 @@ def beyond_rest_m(offset_m: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @kernel
-def thinned(cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: NDArray[np.int64]) -> NDArray[np.int64]:
+def _thinned(cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the rows, thinned so that their cells ((N, 3)) stay at most an eighth of a cell apart if they were.
 
     The same holds for the cells that the load swings to ((N, 2)): it also swings while the crane is at rest.
@@ -211,18 +210,13 @@ def thinned(cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: N
 
 
 @kernel
-def across(
+def _across(
     cells: NDArray[np.float64], beyond_vox: NDArray[np.float64], rows: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return positions over the whole swing of a load, from side to side, half a cell apart.
 
-    Args:
-        cells: (N, 3) reference cells of the load at rest.
-        beyond_vox: (N, 2) how far it swings to either side.
-        rows: (M,) the rows to use.
-
-    Returns:
-        (K,) int64 the row of each, and (K, 3) the positions.
+    ``cells``: (N, 3) reference cells of the load at rest; ``beyond_vox``: (N, 2) how far it swings to either side;
+    ``rows``: (M,) the rows to use. (K,) int64 the row of each, and (K, 3) the positions.
     """
     parts = np.empty_like(rows)
     for n in range(rows.shape[0]):

@@ -1,4 +1,4 @@
-"""Checks that the values of a site and a plan make sense, before anything is proven from them.
+"""Checks that a site and a plan make sense before anything is proven, are complete, and that the checks saw something.
 
 A proof compares numbers. NaN compares false with everything, and with a tolerance of 1 m every overlap is allowed.
 """
@@ -15,14 +15,121 @@ from numpy.typing import ArrayLike, NDArray
 
 from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.errors import shown
-from bimvox.proof.names import check_names
 from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, turn_to
 from bimvox.site.component import Component
 from bimvox.site.default_rules import DEFAULT_RULES
 from bimvox.site.limits import MOST_CONTACT_TOLERANCE_M, MOST_SAMPLE_PERIOD_S, MOST_SUPPORT_GAP_M
+from bimvox.site.means import Means
 from bimvox.site.site import Rules, Site
+
+_OBSTRUCTION = "obstruction"
+_KINDS = frozenset(("ground", "crane", "structure", _OBSTRUCTION))
+_COPY = "#"
+"""Follows the GlobalId in the id of a part whose GlobalId occurs more than once in the model."""
+
+
+def _check_names(check: Check, plan: LiftPlan, context: Collection[Lift]) -> None:
+    """Check that every id in a plan is that of a part or a fixed object, and that every id is that of its GlobalId.
+
+    ``check``: receives the result; ``context``: lifts of the same plan that it does not carry.
+    """
+    site = plan.site
+    parts = {component.id for component in site.components}
+    past = {blocker.id for epoch in plan.history for blocker in epoch.obstructions}
+    known = parts | past | {blocker.id for blocker in site.blockers}
+    numbers = {lift.component: lift.number for lift in (*plan.lifts, *context)}
+    for component in site.components:
+        name = f"lift {numbers.get(component.index, '-')} ({component.label})"
+        own = component.id == component.global_id or component.id.startswith(component.global_id + _COPY)
+        check.look(own, f"{name}: its GlobalId {component.global_id!r} is not that of its id {component.id!r}")
+        for key, others in (("before", component.before), ("after", component.after)):
+            for other in others:
+                check.look(other in parts, f"{name}: {key} names {other!r}, which is not a part of the site")
+    for other in plan.unheld:
+        check.look(other in parts, f"unheld: {other!r} is not a part of the site")
+    for blocker in site.blockers:
+        check.look(blocker.kind in _KINDS, f"fixed object {blocker.id!r}: there is no kind {blocker.kind!r}")
+    fixed = parts | {blocker.id for blocker in site.blockers if blocker.kind != _OBSTRUCTION}
+    for number, epoch in enumerate(plan.history):
+        seen: set[str] = set()
+        for blocker in epoch.obstructions:
+            check.look(blocker.id not in seen | fixed, f"history[{number}]: {blocker.id!r}: the id occurs twice")
+            seen.add(blocker.id)
+    for lift in (*plan.lifts, *context):
+        name = f"lift {lift.number} ({site.components[lift.component].label})"
+        why = site.components[lift.component].means_reason if lift.status in NOT_LIFTED else None
+        check.look(
+            lift.status is Status.INFEASIBLE or (lift.reason == why and not lift.blocked_by),
+            f"{name}: it is {lift.status.value}, yet it says why it is not possible",
+        )
+        found = (lift.method is not None) == (lift.status is Status.PLANNED)
+        check.look(found, f"{name}: it is {lift.status.value}, and its path was found by {lift.method or 'nothing'}")
+        for other in lift.blocked_by:
+            check.look(other in known, f"{name}: it is blocked by {other!r}, which is not on the site")
+
+
+def check_complete(check: Check, plan: LiftPlan, lifts: Collection[Lift]) -> None:
+    """Check the lifts of a plan by themselves; ``lifts`` are all, also those that an extract of it does not carry."""
+    parts = plan.site.components
+    seen = [lift.component for lift in lifts]
+    check.look(sorted(seen) == list(range(len(parts))), "not every component has exactly one lift")
+    orders = sorted(lift.order for lift in lifts)
+    check.look(orders == list(range(len(orders))), "the lifts are not numbered 0, 1, 2 ...")
+    for lift in plan.lifts:
+        name, means = parts[lift.component].id, parts[lift.component].means
+        good = (lift.path_vox is not None and lift.place is not None) == (lift.status is Status.PLANNED)
+        check.look(good or lift.path_vox is None, f"{name}: its path and its status disagree")
+        if lift.status is Status.INFEASIBLE:
+            check.look(bool(lift.reason), f"{name}: infeasible without a reason")
+        check.look(
+            lift.status.value == means.value if lift.status in NOT_LIFTED else means is Means.CRANE,
+            f"{name}: its means is {means.value}, but its lift is {lift.status.value}",
+        )
+    for lift in lifts:
+        allowed = lift.status is Status.INFEASIBLE and plan.site.rules.by_other_means
+        check.look(
+            allowed or not lift.by_other_means,
+            f"{parts[lift.component].id}: set by other means, but it is planned or the site's rules do not allow that",
+        )
+
+
+_ALWAYS = ("complete", "shapes", "mass", "slings", "unit_moves", "boundary", "cells", "yard")
+_WITH_A_CRANE = (
+    "reach",
+    "timeline",
+    "axis_limits",
+    "axis_range",
+    "ends",
+    "rests",
+    "spacing",
+    "capacity",
+    "motion_cells",
+)
+_WITH_A_ROPE = ("rope", "motion_rope")
+
+
+def with_coverage(plan: LiftPlan, checks: Sequence[Check]) -> tuple[Check, ...]:
+    """Return all checks of a plan and its motions, failed where they had to look at something and did not.
+
+    A plan that carries no planned lift fails ``complete``: nothing of it was proven.
+    """
+    found = {check.name: check for check in checks}
+    carried = sum(lift.status is Status.PLANNED for lift in plan.lifts)
+    if not carried:
+        found.setdefault("complete", Check("complete")).look(
+            False, "nothing was proven: no lift of this log is both carried and planned"
+        )
+        return tuple(found.values())
+    crane = _WITH_A_CRANE if plan.site.cranes else ()
+    rope = _WITH_A_ROPE if plan.site.cranes and plan.site.rules.rope else ()
+    for name in (*_ALWAYS, *crane, *rope):
+        check = found.setdefault(name, Check(name))
+        if not check.samples:
+            check.look(False, f"looked at nothing, although {carried} planned lifts are carried")
+    return tuple(found.values())
+
 
 """Clearances of which a lift may keep less, if they are defaults."""
 _DAY_S = 86_400.0
@@ -100,10 +207,7 @@ _LUFFING = {
 def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Collection[Lift] = ()) -> Check:
     """Check that every number of a plan and its site is finite and in a sane range, and that ids are unique.
 
-    Args:
-        plan: The plan.
-        motions: Its motions.
-        context: Lifts of the same plan that it does not carry.
+    ``context``: lifts of the same plan that it does not carry.
     """
     check = Check("values")
     site = plan.site
@@ -130,7 +234,7 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
             check.look(blocker.kind == "structure", only)
             _finite(check, f"site.blockers[{number}] ({blocker.id}).mesh.vertices_m", blocker.mesh.vertices_m)
     _check_clashes(check, plan)
-    check_names(check, plan, context)
+    _check_names(check, plan, context)
     for lift in plan.lifts:
         name = f"lift {lift.number} ({site.components[lift.component].label})"
         _check_lift(check, lift, name)

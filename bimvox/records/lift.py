@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from enum import StrEnum
 from itertools import pairwise
 from math import cos, sin
@@ -363,14 +363,6 @@ class Lift:
         """(N, 3) the last moves of its path, which the narrow phase cleared; the lift must have a path."""
         assert self.path_vox is not None
         return self.path_vox[max(0, len(self.path_vox) - 1 - self.contact_moves) :]
-
-
-def same_lift(before: Lift | None, now: Lift | None) -> bool:
-    """Return whether two lifts are one, or equal in everything, with their parts at one place in the yard."""
-    if before is None or now is None:
-        return before is now
-    pairs = ((getattr(before, one.name), getattr(now, one.name)) for one in fields(Lift))
-    return all(a is b or (np.array_equal(a, b) if isinstance(a, np.ndarray) else a == b) for a, b in pairs)
 
 
 def same_path(before: Lift | None, now: Lift) -> bool:

@@ -15,7 +15,6 @@ from typing import Any
 from bimvox.records.lift import NOT_LIFTED, Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.site.casting import curing_s
-from bimvox.site.component import Component
 from bimvox.site.means import HOW, Means
 from bimvox.site.site import Site
 from bimvox.units import NS_PER_S
@@ -230,12 +229,13 @@ def not_lifted_groups(
     chosen = sorted((lift for lift in lifts if lift.status in NOT_LIFTED), key=lambda lift: lift.order)
     for lift in chosen:
         component = site.components[lift.component]
-        groups.setdefault((component.means, component.storey, _kind(component)), []).append(lift)
+        kind = component.type_name or component.ifc_class
+        groups.setdefault((component.means, component.storey, kind), []).append(lift)
     needed_ns = needed_by_ns(chosen, motions)
     of_order = steps.of_order
     found = []
     for key, own in groups.items():
-        mass_kg = _mass_kg(site, own)
+        mass_kg = sum(site.components[lift.component].mass_kg for lift in own)
         group = NotLifted(*key, tuple(own), mass_kg, needed_ns[own[0].order], crane_s=_crane_s(site, key[0], mass_kg))
         work = [of_order[lift.order] for lift in own if lift.order in of_order]
         if work:
@@ -258,11 +258,3 @@ def _crane_s(site: Site, means: Means, mass_kg: float) -> float | None:
 
 def _seconds(at_ns: int | None) -> float | None:
     return None if at_ns is None else round(at_ns / 1e9, 3)
-
-
-def _kind(component: Component) -> str:
-    return component.type_name or component.ifc_class
-
-
-def _mass_kg(site: Site, lifts: Iterable[Lift]) -> float:
-    return sum(site.components[lift.component].mass_kg for lift in lifts)

@@ -17,7 +17,7 @@ from bimvox.crane.outline import mast_box_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.motion.swept import cells_of_axes, load_frame
-from bimvox.proof.crane.capacity import shares_of_capacity
+from bimvox.proof.crane.axes import shares_of_capacity
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.proof import Remark, Severity
 from bimvox.remarks.subject import Subject, about, metres, name_of, tonnes

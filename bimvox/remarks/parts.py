@@ -12,10 +12,9 @@ from bimvox.bim.building import TriangleMesh, plain_class
 from bimvox.bim.kinds.kind import Kind
 from bimvox.bim.kinds.words import meaning_of
 from bimvox.kept import kept
-from bimvox.proof.bodies.solid import Solid
-from bimvox.proof.bodies.solid_queries import is_inside, surfaces_cross
+from bimvox.proof.bodies.solid import Solid, is_inside, surfaces_cross
 from bimvox.proof.bodies.triangle_tree import tree_over
-from bimvox.proof.mass import volumes_of
+from bimvox.proof.shape import volumes_of
 from bimvox.records.lift import ModelledClash, Status
 from bimvox.records.proof import Remark, Severity
 from bimvox.remarks.subject import Subject, about, metres, tonnes

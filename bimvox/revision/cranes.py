@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bimvox.cranes.clock import Begun, PlacedLeg, ResumedLoad
-from bimvox.cranes.lift import HookError
+from bimvox.cranes.lift import HookError, approach_track, carrying_track, standing_track
 from bimvox.cranes.lifts import crane_lifts
 from bimvox.cranes.schedule import time_lifts, time_rest
-from bimvox.cranes.track import approach_track, carrying_track, standing_track
 from bimvox.errors import MotionError
 from bimvox.planning.rounds import Refused
 from bimvox.records.lift import HOOK_MET, NOT_DRIVEN, Lift, LiftPlan, Status
@@ -87,12 +86,10 @@ def _same(one: LiftMotion | None, other: LiftMotion) -> bool:
 # A revision with several cranes while their plan is carried out.
 #
 # What was done stays as driven. If the change meets nothing that the cranes are doing, loads on hooks and hooks under
-# way
-# continue unchanged, and all later lifts are scheduled around them. If it meets something, that crane stops, and those
-# that cannot go on without it (``who_stops``): the separation is planned and proven for a stop at any moment. After
-# the
-# hold, each load continues along a new path as soon as the other cranes leave room. If one load has no free path, all
-# that are stopped are held until the next change.
+# way continue unchanged, and all later lifts are scheduled around them. If it meets something, that crane stops, and
+# those that cannot go on without it (``who_stops``): the separation is planned and proven for a stop at any moment.
+# After the hold, each load continues along a new path as soon as the other cranes leave room. If one load has no free
+# path, all that are stopped are held until the next change.
 
 
 class CranesUnderWay:

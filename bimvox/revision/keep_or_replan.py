@@ -16,8 +16,7 @@ from bimvox.planning.occupancy import stored_cells, target_cells
 from bimvox.planning.one_lift import plan_lift, proposed_again, unplanned_lift
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.rounds import Refusals, Refused
-from bimvox.planning.stage import Obstacle, Stage
-from bimvox.planning.turning import turning_stage
+from bimvox.planning.stage import Obstacle, Stage, turning_stage
 from bimvox.proof.footprint import CellMask, Footprint, MotionFootprint, examined_by, jib_meets, motion_footprint
 from bimvox.records.lift import NOT_LIFTED, Lift, Status
 from bimvox.records.motion import LiftMotion
@@ -29,11 +28,9 @@ from bimvox.stop.redirect import is_set
 
 # What has changed for a lift: cells that obstructions newly occupy or have left, and new states of earlier lifts.
 #
-# If a part is no longer set, it is in the yard and not at its place; if it is set again, the other way round. For
-# later
+# If a part is no longer set, it is in the yard and not at its place; if it is set again, the other way round. For later
 # lifts these cells count as added and removed, like those of an obstruction. A part that is set by other means instead
-# of
-# by the crane changes nothing for them.
+# of by the crane changes nothing for them.
 
 
 class _Touched:

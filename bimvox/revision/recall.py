@@ -31,8 +31,7 @@ from bimvox.site.transit_clearance import margin_vox, rope_margin_vox
 # Whether the fewest moves of a lift are still known after something on the site has changed.
 #
 # A kept path witnesses that its number of moves is possible. A path with fewer moves would need a placement that was
-# blocked before: its cells, or the column above its hook, hold a cell that is free now. So if the shortest way from
-# the
+# blocked before: its cells, or the column above its hook, hold a cell that is free now. So if the shortest way from the
 # start to the target through the box of all these placements is no shorter, the fewest moves are still the same.
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bimvox.crane.conflict import CraneTrack, first_conflict
 from bimvox.crane.outline import outline_of
 from bimvox.cranes.legs import CraneStart
-from bimvox.cranes.track import approach_track, carrying_track
+from bimvox.cranes.lift import approach_track, carrying_track
 from bimvox.grid.frame import NO_CELLS
 from bimvox.motion.swing import rigged_crane
 from bimvox.motion.time_lift import empty_hook_clearance, left_cells
@@ -300,8 +300,7 @@ def _hook(site: Site, crane: CraneNow, free: CollisionSpace, now_ns: int) -> Cra
 # Which cranes stop with one that must stop, and which go on with what they are doing.
 #
 # A crane goes on if it keeps its distance from where the others come to rest, and sets no part before an earlier one
-# that
-# is held. If an empty hook is stopped, all cranes stop: a part may only be set after it has passed.
+# that is held. If an empty hook is stopped, all cranes stop: a part may only be set after it has passed.
 
 
 class WhoStops:

@@ -14,7 +14,7 @@ from bimvox.crane.machine import Machine
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import GridTooLargeError
-from bimvox.site.catalogue import catalogue, machine_called, machines_of
+from bimvox.site.catalogue import catalogue, machine_called
 from bimvox.site.config.crane import CraneConfig
 from bimvox.site.config.rules import RulesConfig
 from bimvox.site.config.site_config import ModelConfig, Polygon, SiteConfig
@@ -33,7 +33,7 @@ from bimvox.site.one_piece import means_by
 from bimvox.site.parts import entries_by_id, is_erected
 from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, place_building
 from bimvox.site.rigging import gear_by_crane, gear_of_site
-from bimvox.site.sized_for import sized_for, with_cast
+from bimvox.site.sized_for import proposed_for, sized_for, with_cast
 from bimvox.site.yard_guess import yard_need, yards_next_to
 from bimvox.site.yard_rules import TRUCK_KG
 
@@ -239,7 +239,10 @@ def _with_areas_and_crane(
 
         entries = entries_by_id(config, building.elements)
         stated = {name for name, entry in entries.items() if entry.means == Means.CRANE.value}
-        sized = sized_for(lifted, machines or machines_of("hammerhead"), wanted_for, config.means, stated)
+        if machines:
+            sized = sized_for(lifted, machines, wanted_for, config.means, stated)
+        else:
+            sized = proposed_for(lifted, wanted_for, config.means, stated)
         yards, crane = sized.yards, sized.crane
         config = config.model_copy(update={"component": with_cast(config.component, sized.cast)})
         chosen: CraneConfig | tuple[CraneConfig, ...] | None = (

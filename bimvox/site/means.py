@@ -1,8 +1,8 @@
 """How a part gets to its place: lifted by the crane, cast there, built there by its trade, or set by hand.
 
 What the site file says of a part decides; then its kind: masonry, partitions, glazing and earth are built in place.
-Then what the building file states about casting, then size and mass: concrete that no road and no gear takes in one
-piece is cast where it stays, and what a few people carry is not a lift of its own.
+Then what the building file states about casting, then size and mass: concrete that no road, gear or machine takes in
+one piece is cast where it stays, and what a few people carry is not a lift of its own.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def means_of(
     elements: Sequence[Element],
     entries: Mapping[str, ComponentConfig],
     limits: MeansConfig,
-    no_gear: Callable[[Element], str] = lambda element: "",
+    not_lifted: Callable[[Element], str] = lambda element: "",
     *,
     selected: bool = False,
 ) -> dict[str, Reasoned]:
@@ -84,10 +84,10 @@ def means_of(
         elements: The components, in the site frame.
         entries: Their tables in the site file, by id.
         limits: The site file's ``[means]`` table.
-        no_gear: Why no gear lifts a part in one piece; empty if some does.
+        not_lifted: Why no gear or no machine lifts a part in one piece; empty if some do.
         selected: Whether a person has selected them as parts to lift; no trade then builds them in place.
     """
-    found = {element.id: _means_of(element, limits, no_gear, selected=selected) for element in elements}
+    found = {element.id: _means_of(element, limits, not_lifted, selected=selected) for element in elements}
     by_size = {one.id for one in elements if found[one.id].means is Means.IN_SITU and may_be_cast(one, limits)}
     lifted = [one for one in elements if one.id in by_size or found[one.id].means is Means.CRANE]
     found |= dict.fromkeys(cast_alike(by_size, lifted, limits) - by_size, Reasoned(Means.IN_SITU, _CAST_ALIKE))
@@ -151,7 +151,9 @@ def nothing_to_lift(parts: Sequence[Component | Reasoned]) -> SelectionError:
     return SelectionError(f"nothing to lift: of {of}, {what}", hint=SAY_WHAT)
 
 
-def _means_of(element: Element, limits: MeansConfig, no_gear: Callable[[Element], str], *, selected: bool) -> Reasoned:
+def _means_of(
+    element: Element, limits: MeansConfig, not_lifted: Callable[[Element], str], *, selected: bool
+) -> Reasoned:
     if element.stated_means is not None:
         stated = Means(element.stated_means)
         return LIFTED if stated is Means.CRANE else Reasoned(stated, SITE_FILE_SAYS)
@@ -175,8 +177,8 @@ def _means_of(element: Element, limits: MeansConfig, no_gear: Callable[[Element]
         return LIFTED
     if (beyond := beyond_road(element, limits)) is not None:
         return Reasoned(Means.IN_SITU, f"{beyond}: concrete beyond what goes by road in one piece is cast in place")
-    if why := no_gear(element):
-        return Reasoned(Means.IN_SITU, f"{why}: concrete that no gear lifts in one piece is cast in place")
+    if why := not_lifted(element):
+        return Reasoned(Means.IN_SITU, f"{why}: concrete that nothing lifts in one piece is cast in place")
     return LIFTED
 
 

@@ -8,16 +8,17 @@ as a roof of timber that is drawn in one piece, is not cast: init and plan name 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bimvox.bim.building import Casting, Element
 from bimvox.bim.kinds.kind import Confidence
 from bimvox.bim.mass_uncertainty import ASSUMED
-from bimvox.crane.machine import Machine
+from bimvox.crane.machine import Machine, carries_most
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError, SelectionError
+from bimvox.site.catalogue import catalogue, machines_of
 from bimvox.site.config.site_config import ComponentConfig, MeansConfig, Polygon
-from bimvox.site.crane_guess import Chosen, Wanted, best_set_up, fit_here
+from bimvox.site.crane_guess import Chosen, Wanted, best_set_up, compare_cranes, fit_here
 from bimvox.site.means import SAY_WHAT, beyond_road, cast_alike, may_be_cast
 
 USUAL_TM = 300.0
@@ -41,11 +42,39 @@ class Sized:
         yards: The yard.
         crane: The crane.
         cast: Ids of the parts that are cast in place instead.
+        serves: How many of the others it lifts from its place.
     """
 
     yards: Yards
     crane: TowerCrane
     cast: tuple[str, ...] = ()
+    serves: int = 0
+
+
+def proposed_for(
+    lifted: Sequence[Element], wanted_for: WantedFor, limits: MeansConfig, stated: Collection[str] = frozenset()
+) -> Sized:
+    """Return the crane and the yard for parts if nobody asks for a machine: see :func:`sized_for`.
+
+    It is a hammerhead, or of another kind if no hammerhead lifts any of them.
+
+    Raises:
+        InputError: If no crane has a place.
+        SelectionError: If all parts are cast, or no machine of the catalogue lifts any.
+    """
+    for machines in (machines_of("hammerhead"), catalogue()):
+        sized = sized_for(lifted, machines, wanted_for, limits, stated)
+        if sized.serves:
+            return sized
+    rest = [one for one in lifted if one.id not in sized.cast]
+    largest = max(catalogue(), key=lambda machine: carries_most(machine.cranes).chart.capacity_kg[0])
+    strongest = replace(largest, cranes=(carries_most(largest.cranes),))
+    (fit,) = compare_cranes(wanted_for(rest)[1].with_yard(sized.yards), [strongest])
+    raise SelectionError(
+        f"nothing to lift: no machine of the catalogue lifts any of the {len(rest):,} parts; the largest, "
+        f"{fit.machine}, {fit.reason}",
+        hint=f"for a larger machine, --crane {fit.machine} writes a site file to put its load chart into; {SAY_WHAT}",
+    )
 
 
 def sized_for(
@@ -70,7 +99,8 @@ def sized_for(
     """
     usual = [machine for machine in machines if machine.load_moment_tm <= USUAL_TM]
     if not usual or len(usual) == len(machines):
-        return Sized(*_best(machines, *wanted_for(lifted))[:2])
+        yards, crane, unserved = _best(machines, *wanted_for(lifted))
+        return Sized(yards, crane, serves=len(lifted) - len(unserved))
     is_doubtful = {one.id: one.id not in stated and _is_doubtful(one, limits) for one in lifted}
     yards, crane, unserved = _best(usual, *wanted_for(lifted))
     if not all(is_doubtful[name] for name in unserved):
@@ -83,7 +113,7 @@ def sized_for(
     cast = tuple(one.id for one in lifted if one.id in alike)
     rest = [one for one in lifted if one.id not in cast]
     if not cast:
-        return Sized(yards, crane)
+        return Sized(yards, crane, serves=len(lifted) - len(unserved))
     if not rest:
         raise SelectionError(
             f"nothing to lift: no usual crane (up to {USUAL_TM:g} tm) lifts any of the {len(lifted):,} parts, and "
@@ -91,7 +121,7 @@ def sized_for(
             hint=f"if they are lifted, give a larger crane, such as --crane {machines[-1].name}; {SAY_WHAT}",
         )
     again = sized_for(rest, machines, wanted_for, limits, stated)
-    return Sized(again.yards, again.crane, (*cast, *again.cast))
+    return replace(again, cast=(*cast, *again.cast))
 
 
 def with_cast(entries: Sequence[ComponentConfig], cast: Sequence[str]) -> tuple[ComponentConfig, ...]:

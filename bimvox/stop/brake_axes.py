@@ -127,9 +127,8 @@ def _cubic_state(time_ns: NDArray[np.int64], axes: NDArray[np.float64], at: int)
 # Braking one axis: from any rate and acceleration to rest, as fast as its acceleration and jerk allow.
 #
 # The velocity half of the double-S profile (Biagiotti & Melchiorri, "Trajectory Planning for Automatic Machines and
-# Robots", 2008, 3.4): jerk to the braking acceleration, hold it, jerk back to zero. The end position follows from
-# that; a
-# stop has no target.
+# Robots", 2008, 3.4): jerk to the braking acceleration, hold it, jerk back to zero. The end position follows from that;
+# a stop has no target.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

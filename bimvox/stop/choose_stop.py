@@ -28,8 +28,7 @@ from bimvox.units import NS_PER_S
 # The swing of a load during and after an emergency stop.
 #
 # Braking is not shaped, so the load still swings when the crane is at rest. The pendulum is simulated from where the
-# load
-# last hung at rest: over the driven part, the braking, and one whole period with the crane at rest. The load may
+# load last hung at rest: over the driven part, the braking, and one whole period with the crane at rest. The load may
 # be anywhere within that swing, to either side. Tag lines bring it to rest before the crane resumes.
 
 _MARGIN = 1.03

@@ -21,8 +21,7 @@ from bimvox.motion.time_lift import carrying_phases, drive_lift, empty_hook_clea
 from bimvox.motion.timeline import after_a_pause, sampled
 from bimvox.motion.trajectories import cut_at, delayed, delayed_phases, phases_from, turned
 from bimvox.planning.search import shortest_path
-from bimvox.planning.stage import Obstacle, Stage
-from bimvox.planning.turning import turning_stage
+from bimvox.planning.stage import Obstacle, Stage, turning_stage
 from bimvox.records.lift import LOAD_IS_HELD, NOT_DRIVEN, LeftPath, Lift, Method, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
 from bimvox.records.track import turn_back_s

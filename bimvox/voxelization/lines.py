@@ -23,9 +23,8 @@ from bimvox.voxelization.lattice import SAMPLES, STEPS_PER_CELL
 # What is known of each triangle before the vertical lines cross it: its plane, and what it is joined with.
 #
 # Level triangles of one height share one name: floors and flanges are drawn as many triangles, and the cuts between
-# them
-# do not matter. Two triangles that form a parallelogram which, seen from above, is a rectangle along the lattice are
-# marked as one rectangle, level or not.
+# them do not matter. Two triangles that form a parallelogram which, seen from above, is a rectangle along the lattice
+# are marked as one rectangle, level or not.
 #
 # Heights depend neither on the order of a triangle's corners nor on a quarter turn of the building about z.
 

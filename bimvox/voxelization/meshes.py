@@ -233,8 +233,7 @@ def inverted_faces(triangles: NDArray[np.float64], keys: NDArray[np.uint64]) -> 
 
 # Parts that repeat each other: the same triangles, moved by whole cells.
 #
-# The lattice is anchored in the world and coordinates are whole steps of it, so the cells of such parts are the same
-# to
+# The lattice is anchored in the world and coordinates are whole steps of it, so the cells of such parts are the same to
 # the last bit, moved by as many cells. They are computed once: storeys, frames and columns on a grid repeat often.
 
 # Odd numbers: the fractions of the golden ratio, sqrt(2) and sqrt(3), and the mixers of MurmurHash3.

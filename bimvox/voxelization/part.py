@@ -152,8 +152,7 @@ def _marks_nothing(solid: SolidFill) -> bool:
 # Many parts in one compiled call.
 #
 # Parts with closed meshes are filled by winding (``solid.py``), a whole batch at a time. The batch tells which parts
-# are
-# left (open meshes, inverted shells, too large, unusable coordinates): these go one by one through
+# are left (open meshes, inverted shells, too large, unusable coordinates): these go one by one through
 # ``part.voxelize_mesh``, which gives the same result for every part that is done here.
 
 # Planes of at least this many words are large.

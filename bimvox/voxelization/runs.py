@@ -260,8 +260,7 @@ def dense_shares(cells: CellPlanes, shares: NDArray[np.uint16]) -> NDArray[np.ui
 # The boxes of a part, from its runs, without touching every cell.
 #
 # Most parts are cut as in ``bimvox.grid.summed_area.boxes_of``. That is slow for terrain and the like: parts of very
-# many runs
-# are cut into boxes of whole runs, in time proportional to the runs.
+# many runs are cut into boxes of whole runs, in time proportional to the runs.
 
 MANY_RUNS = 1 << 15
 """Parts with more runs are cut into boxes of whole runs."""

@@ -46,12 +46,10 @@ from bimvox.voxelization.sweep import (
 # The solid along columns: signed winding on 16 vertical lines a cell, exact along z.
 #
 # Each line counts the triangles it crosses, +1 where it enters (a face looking down) and -1 where it leaves. It is
-# inside
-# where the sum is not zero: inverted shells count, overlapping shells count once, cavities do not count.
+# inside where the sum is not zero: inverted shells count, overlapping shells count once, cavities do not count.
 #
 # The columns are swept in slabs, which bounds the number of crossings in memory. Between surface cells a column is
-# filled
-# by runs: nothing is computed per cell of the interior.
+# filled by runs: nothing is computed per cell of the interior.
 
 HEIGHT_LIMIT = 1 << 23
 """Most cells along z that a crossing's height can tell apart."""

@@ -287,8 +287,7 @@ def mark_surface(cells: CellPlanes, triangles: NDArray[np.float64], tolerance: f
 # Cells that belong to a part by the half-open rule only.
 #
 # A sheet, or a plate thinner than twice the tolerance, can lie on a border between cells and reach more than the
-# tolerance into neither. It then belongs to the cell above (to the right, behind). The same holds where a sheet
-# crosses
+# tolerance into neither. It then belongs to the cell above (to the right, behind). The same holds where a sheet crosses
 # a border at such a small angle that it stays within the tolerance for half a cell or more.
 
 # If a sheet rises by less than this many tolerances per cell, half a cell or more can lie within the tolerance.

@@ -20,7 +20,7 @@ from bimvox.log.plan_log import PlanLog, with_full_rate
 from bimvox.log.recorder import write_log
 from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
 from bimvox.motion.steps import steps_of
-from bimvox.planning.refusal import refused_by_crane
+from bimvox.planning.stage import refused_by_crane
 from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
 from bimvox.records.lift import LiftPlan, infeasible_among

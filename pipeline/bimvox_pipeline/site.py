@@ -9,7 +9,7 @@ from typing import Any, cast
 from bimvox.bim.options import ReadOptions
 from bimvox.errors import FileError, SelectionError, listed
 from bimvox.files import check_output, default_output, read_input, require_input, seen_from, write_together
-from bimvox.library.building import say_notes
+from bimvox.library.site import say_notes
 from bimvox.progress import Progress
 from bimvox_pipeline.cranes import choice_notes, smaller_machines, unserved_document
 

@@ -8,7 +8,7 @@ from typing import Any
 from bimvox.bim.options import ReadOptions
 from bimvox.errors import FileError, InputError
 from bimvox.files import check_output, default_output, require_input, write_atomically
-from bimvox.library.building import say_notes
+from bimvox.library.site import say_notes
 from bimvox.progress import Progress
 
 _MODEL_SUFFIXES = frozenset(

@@ -13,7 +13,7 @@ from bimvox_cli.main import run
 from bimvox_cli.remarks import show_remarks, verdict
 from rich.console import Console
 
-from bimvox.library.log import write_log_file
+from bimvox.library.plan_value import write_log_file
 
 SOME = [
     {

@@ -14,8 +14,7 @@ from two_cranes import two_crane_plan
 from bimvox.crane.conflict import CraneTrack, first_conflict
 from bimvox.crane.outline import outline_of
 from bimvox.cranes.clock import always_obstructed, clear_ways, insist_on_room
-from bimvox.cranes.lift import Carried, NoFreeTimeError
-from bimvox.cranes.track import carrying_track
+from bimvox.cranes.lift import Carried, NoFreeTimeError, carrying_track
 from bimvox.site.site import Site
 
 

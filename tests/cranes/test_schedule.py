@@ -22,9 +22,9 @@ from bimvox.motion.time_plan import time_plan
 from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
+from bimvox.proof.clock import verify_steps
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
-from bimvox.proof.steps import verify_steps
 from bimvox.records.lift import Status
 from bimvox.records.motion import PhaseName
 from bimvox.records.steps import by_other_means, needed_by_ns

@@ -8,7 +8,7 @@ from bimvox_pipeline.verify import verify
 from seeded_faults import good_log
 
 from bimvox.crane.kinematics import hook_of
-from bimvox.library.log import write_log_file
+from bimvox.library.plan_value import write_log_file
 from bimvox.library.revise import carry_out
 from bimvox.live.execution import Traffic
 from bimvox.live.tracks import Track

@@ -13,7 +13,7 @@ from two_cranes import two_crane_plan
 
 import bimvox
 from bimvox.library import search
-from bimvox.library.log import write_log_file
+from bimvox.library.plan_value import write_log_file
 from bimvox.library.search import check_search
 from bimvox.library.site import SITE_FILE
 from bimvox.library.verify import prove_plan

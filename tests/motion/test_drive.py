@@ -17,9 +17,8 @@ from bimvox.motion.steady import steadied
 from bimvox.motion.swept import axes_of_cells, cells_of_axes
 from bimvox.motion.swing import Pendulum
 from bimvox.motion.timeline import in_sequence, sampled
-from bimvox.planning.roomy_path import with_room
 from bimvox.planning.search import shortest_path
-from bimvox.planning.shorten_path import straightened
+from bimvox.planning.shorten_path import straightened, with_room
 
 HALF_CELL_M = FRAME.voxel_size_m / 2
 

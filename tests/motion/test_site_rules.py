@@ -12,7 +12,7 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import SlowZone, WorkingRange
 from bimvox.motion.figures import capacity_used
 from bimvox.motion.swept import cells_of_axes, load_frame
-from bimvox.planning.refusal import place_radius_m, refused_by_crane
+from bimvox.planning.stage import place_radius_m, refused_by_crane
 from bimvox.records.lift import Status
 from bimvox.site.component import Lifting
 from bimvox.site.site import HookHeights, Rules

@@ -13,7 +13,7 @@ from bimvox_pipeline.verify import verify
 
 from bimvox.bim.kinds.kind import Kind
 from bimvox.errors import ConfigError, FileError, LogFileError, SelectionError
-from bimvox.library.log import write_log_file
+from bimvox.library.plan_value import write_log_file
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 from bimvox.site.config.kind_file import corrections_in

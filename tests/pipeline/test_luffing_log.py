@@ -17,7 +17,7 @@ from seeded_faults import site_file_of, with_files
 from bimvox.crane.kinematics import joints_of, with_luffing_jib
 from bimvox.exporters.animation import to_animated_glb
 from bimvox.exporters.ros2 import write_ros2_bag
-from bimvox.library.log import write_log_file
+from bimvox.library.plan_value import write_log_file
 from bimvox.library.site import rasterise
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log

@@ -22,7 +22,7 @@ from box_sites import box_mesh, box_site, test_crane
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.errors import LogFileError
-from bimvox.library.log import write_log_file
+from bimvox.library.plan_value import write_log_file
 from bimvox.library.verify import prove_plan
 from bimvox.log import schema as topics
 from bimvox.log.codec import steps_to_json

@@ -13,9 +13,8 @@ from seeded_faults import site_file_of
 import bimvox
 from bimvox.errors import InputError, LogFileError
 from bimvox.library.arguments import PolicyWish
-from bimvox.library.log import write_log_file
 from bimvox.library.plan import digests_of
-from bimvox.library.plan_value import Plan
+from bimvox.library.plan_value import Plan, write_log_file
 from bimvox.log import schema as topics
 from bimvox.log.crane_command import CraneCommandMessage
 from bimvox.log.mcap.channels import LogWriter

@@ -2,8 +2,8 @@ from operator import gt, lt
 
 import numpy as np
 
-from bimvox.proof.marks import Marks
 from bimvox.proof.moment import NO_SOLID, Thing, beside
+from bimvox.proof.space import Marks
 
 SHAPE = (6, 5, 8)
 

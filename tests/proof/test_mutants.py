@@ -357,7 +357,7 @@ MUTANTS: dict[str, Mutant] = {
         "reach",
         {
             "bimvox.site.hook_room.hook_floor": given(mass_kg=times(1.0 / 1.1)),
-            "bimvox.planning.refusal.allowed_radii_m": given(mass_kg=times(1.0 / 1.1)),
+            "bimvox.planning.stage.allowed_radii_m": given(mass_kg=times(1.0 / 1.1)),
         },
     ),
     "jib 3 m too long": Mutant(
@@ -399,7 +399,7 @@ MUTANTS: dict[str, Mutant] = {
         limited_in_height, "reach", {HOOK_ROOM: given(site=lambda site: replace(site, hook_heights=None))}
     ),
     "wind limit 10 % too high": Mutant(
-        one_in_too_much_wind, "wind", {"bimvox.planning.refusal.permitted_for": returning(times(1.1))}
+        one_in_too_much_wind, "wind", {"bimvox.planning.stage.permitted_for": returning(times(1.1))}
     ),
     "raised through something": Mutant(
         raised_beneath_something, "yard", {"bimvox.planning.assembly.Assembly.who_is_at": always(())}
@@ -512,8 +512,8 @@ MUTANTS: dict[str, Mutant] = {
         crossing_cranes,
         "cranes",
         {
-            "bimvox.cranes.track.braking_distances": returning(lambda own: (0.0 * own[0], 0.0 * own[1])),
-            "bimvox.cranes.track.REACTION_S": times(0.0),
+            "bimvox.cranes.lift.braking_distances": returning(lambda own: (0.0 * own[0], 0.0 * own[1])),
+            "bimvox.cranes.lift.REACTION_S": times(0.0),
         },
     ),
     "cranes that take no turns": Mutant(

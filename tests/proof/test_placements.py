@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from bimvox.proof.placements import Placements
+from bimvox.proof.space import Placements
 
 
 def around(position, slack):

@@ -4,8 +4,7 @@ from named_cranes import default_crane
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.proof.moment import NO_SOLID, Thing
-from bimvox.proof.placements import Placements
-from bimvox.proof.space import BETWEEN_VOX, RawCells, reference_cells, tail_of, way_of
+from bimvox.proof.space import BETWEEN_VOX, Placements, RawCells, reference_cells, tail_of, way_of
 from bimvox.records.lift import Lift, Status
 
 CRANE = default_crane("hammerhead-30", (0.0, 0.0, 0.0), 16.0)

@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 from planned_sites import planned, portal_crane, portal_site
 
-from bimvox.planning.refusal import refused_by_crane
+from bimvox.planning.stage import refused_by_crane
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion

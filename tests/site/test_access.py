@@ -13,7 +13,7 @@ from bimvox.errors import ConfigError
 from bimvox.grid.frame import GridFrame
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.refusal import refused_by_crane
+from bimvox.planning.stage import refused_by_crane
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
 from bimvox.site.access import check_access, ground_of, unloading_columns

@@ -10,7 +10,7 @@ from bimvox.bim.building import Building, Casting, Role
 from bimvox.crane.outline import highest_point_m
 from bimvox.errors import ConfigError, SelectionError
 from bimvox.grid.frame import Label
-from bimvox.planning.refusal import refused_by_crane
+from bimvox.planning.stage import refused_by_crane
 from bimvox.site import checks
 from bimvox.site.build import PlacedModel, build_site, with_obstructions
 from bimvox.site.component import StoredPose

@@ -14,7 +14,7 @@ from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.errors import ConfigError, SelectionError
 from bimvox.site.build import PlacedModel, build_site
-from bimvox.site.catalogue import machine_called
+from bimvox.site.catalogue import machine_called, machines_of
 from bimvox.site.config.crane import CraneConfig, OverrideConfig
 from bimvox.site.config.site_config import (
     AreasConfig,
@@ -90,10 +90,12 @@ def test_the_crane_serves_every_place_and_the_yard(building):
     assert crane.jib_height_m - crane.sling_m > highest + 3.0
 
 
-def test_parts_too_heavy_for_any_crane_still_give_a_site_file_to_edit():
+def test_parts_too_heavy_for_any_crane_give_a_site_file_to_edit_if_a_crane_is_asked_for():
     boxes = (box_element(f"s{n}", (0, 0, 3 * n), (20, 20, 3 * n + 3), mass_kg=5e6) for n in range(3))
     storeys = building_of(*(replace(box, judgement=Judgement(Kind.STEEL)) for box in boxes))
-    config = guess_site(storeys, ModelConfig(path="a.ifc"))
+    with pytest.raises(SelectionError, match="no machine of the catalogue lifts any of the 3 parts"):
+        guess_site(storeys, ModelConfig(path="a.ifc"))
+    config = guess_site(storeys, ModelConfig(path="a.ifc"), machines=machines_of("hammerhead"))
     crane = crane_of(config)
     placed, _ = place_building(config, storeys)
     base = np.array(crane.base_m[:2])

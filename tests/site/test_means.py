@@ -207,7 +207,7 @@ def test_concrete_that_no_gear_lifts_is_cast_and_what_is_stated_to_be_precast_is
     parts = [BEAM, deck, stated, steel]
     found = means_of(parts, {}, MeansConfig(), lambda part: "" if part is BEAM else "no spreader of 25 m carries it")
     assert [found[part.id].means for part in parts] == [Means.CRANE, Means.IN_SITU, Means.CRANE, Means.CRANE]
-    assert found["deck"].why.startswith("no spreader of 25 m carries it: concrete that no gear lifts")
+    assert found["deck"].why.startswith("no spreader of 25 m carries it: concrete that nothing lifts")
 
 
 def test_parts_of_a_type_of_which_most_are_cast_are_cast_too():

@@ -22,11 +22,11 @@ SITE = SiteConfig(model=ModelConfig(path="a.ifc"))
 
 
 @pytest.mark.parametrize("name", sorted(HEAVY))
-def test_concrete_that_goes_by_road_but_hangs_on_no_gear_is_cast_in_place(name):
+def test_concrete_that_goes_by_road_but_that_nothing_lifts_is_cast_in_place(name):
     part = HEAVY[name]
     found = means_by(SITE, [part], {})["part"]
     assert found.means is Means.IN_SITU
-    assert "that no gear lifts in one piece" in found.why
+    assert "that nothing lifts in one piece" in found.why
     assert means_by(SITE, [replace(part, casting=Casting.PRECAST)], {})["part"].means is Means.CRANE
 
 

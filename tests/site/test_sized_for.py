@@ -13,7 +13,7 @@ from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
 from bimvox.errors import SelectionError
 from bimvox.site.catalogue import machine_called
 from bimvox.site.config.site_config import ComponentConfig, ModelConfig, SiteConfig
-from bimvox.site.guess import complete_config, cranes_that_fit, guess_site
+from bimvox.site.guess import complete_config, cranes_that_fit, guess_site, rigs_of
 from bimvox.site.machine_names import machines_called
 from bimvox.site.sized_for import USUAL_TM
 
@@ -103,10 +103,40 @@ def test_if_all_parts_are_doubtful_and_heavy_nothing_is_lifted_unless_a_larger_c
 
 
 def test_a_part_without_gear_is_not_promised():
-    part = box_element("block", (0, 8, 0), (4, 10, 4.0), ifc_class="IfcBuildingElementProxy")
+    part = box_element("block", (0, 8, 0), (4, 12, 4.0), ifc_class="IfcBuildingElementProxy")
     part = replace(part, casting=Casting.PRECAST)
     building = building_of(*LIGHT, part)
     config = guess_site(building, MODEL)
     assert tm(config) == tm(guess_site(building_of(*LIGHT), MODEL)), "no crane is sized for what nothing hangs on"
     own, _ = cranes_that_fit(config, building)
     assert [(one.component, one.reason[:22]) for one in own.unserved] == [("block", "has no gear for it: no")]
+
+
+def girder(name, y, t):
+    """A precast girder of 39 m, so broad that it weighs ``t`` tonnes."""
+    mesh = box_element(name, (0, y, 3), (39, y + t / (39 * 1.2 * 2.4), 4.2)).mesh
+    one = box_element(name, (0, y, 3), (39, y + 1, 4.2), ifc_class="IfcBeam")
+    return replace(one, mesh=mesh, mass_kg=1000.0 * t, casting=Casting.PRECAST)
+
+
+def test_a_girder_as_heavy_as_the_road_allows_has_gear():
+    (heavy,) = rigs_of(SiteConfig(model=MODEL), [girder("girder", 0, 70)]).mass_kg
+    assert heavy > 0.0
+
+
+def test_no_machine_that_lifts_nothing_is_proposed():
+    girders = [girder(f"girder-{n}", 3.0 * n, 55) for n in range(3)]
+    with pytest.raises(
+        SelectionError, match="nothing to lift: no machine of the catalogue lifts any of the 3"
+    ) as error:
+        guess_site(building_of(*girders), MODEL)
+    assert "flat-top-1150, carries " in error.value.message
+    assert "--crane flat-top-1150" in error.value.hint
+    said = guess_site(building_of(*girders), MODEL, machines=machines_called("flat-top-1150"))
+    assert said.crane.machine == "flat-top-1150", "who asks for a machine gets it"
+
+
+def test_of_heavy_and_light_parts_the_light_ones_are_served():
+    building = building_of(*LIGHT, girder("girder", 6, 55))
+    own, _ = cranes_that_fit(guess_site(building, MODEL), building)
+    assert [part.component for part in own.unserved] == ["girder"]

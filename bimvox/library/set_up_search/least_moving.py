@@ -34,9 +34,8 @@ from bimvox.site.transit_clearance import margin_vox
 # How far the plan lowers parts straight down at least, whatever the order.
 #
 # In transit a part keeps the clearance from everything that is there. So it comes straight down, as the plan tries
-# first,
-# from that clearance above what it is set on, which is there before it; and of two parts next to each other, the later
-# one from that clearance above the earlier one.
+# first, from that clearance above what it is set on, which is there before it; and of two parts next to each other, the
+# later one from that clearance above the earlier one.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

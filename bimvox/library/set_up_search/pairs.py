@@ -23,8 +23,7 @@ from bimvox.errors import ConfigError
 from bimvox.library.set_up_search.search import Search
 from bimvox.library.set_up_search.set_up import Rig, Tried, ends, estimated_goals, front_of
 from bimvox.library.set_up_search.timed import FEW_LIFTS, LIFTS
-from bimvox.planning.order.apart import NOTHING_APART
-from bimvox.planning.order.makespan import OrderTimes, makespan_s
+from bimvox.planning.order.makespan import NOTHING_APART, OrderTimes, makespan_s
 from bimvox.site.assign import balanced, rough_work_s
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.costs import Rates

@@ -19,8 +19,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.travel import Travel
 from bimvox.planning.best_place import SAME_S
 from bimvox.planning.stacks import is_stacked
-from bimvox.planning.truckload import Truckload
-from bimvox.planning.yard import gap_vox, storage_poses
+from bimvox.planning.yard import Truckload, gap_vox, storage_poses
 from bimvox.site.component import Component
 from bimvox.site.config.site_config import Polygon, SiteConfig
 from bimvox.site.extent import top_m
@@ -84,8 +83,7 @@ class PlacedSite:
 #
 # A part takes the place with the least travel time from the part before and on to its own place. Those of its delivery
 # that are lifted before it have taken as much of the best of the yard as they cover. A part that the crane can pick
-# only
-# if it lies turned by a quarter lies so.
+# only if it lies turned by a quarter lies so.
 
 
 class Picks:

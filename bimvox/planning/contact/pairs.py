@@ -21,14 +21,57 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.planning.contact.enclosed import enclosed
+from bimvox.bim.connected import connected_labels
 from bimvox.planning.contact.erosion import eroded_triangles_m, pair_depths_m, thickness_m
 from bimvox.planning.contact.sweep import blocked_steps, crossings_above
-from bimvox.planning.contact.triangle_object import collision_object
-from bimvox.planning.known_guides import KnownGuides
+from bimvox.planning.guided import KnownGuides
 from bimvox.records.lift import ModelledClash
 from bimvox.site.site import Site
 from bimvox.site.transit_clearance import grown_cells
+
+_WITHIN = np.array([0.2, 0.3, 0.5])
+"""Where on a triangle the point lies: seldom on a line that triangles above it share."""
+
+
+def _enclosed(one_m: NDArray[np.float64], other_m: NDArray[np.float64]) -> bool:
+    """Return whether a body of one part lies inside the other one, of (F, 3, 3) triangles each.
+
+    For parts whose surfaces do not cross: then a body is inside if one of its points is.
+    """
+    return _lies_inside(one_m, other_m) or _lies_inside(other_m, one_m)
+
+
+def _lies_inside(part_m: NDArray[np.float64], around_m: NDArray[np.float64]) -> bool:
+    if not len(part_m) or not len(around_m):
+        return False
+    low, high = around_m.min(axis=(0, 1)), around_m.max(axis=(0, 1))
+    # Only what lies in the box of the other part; of these triangles, the first one of each body.
+    near_m = part_m[((part_m >= low) & (part_m <= high)).all(axis=(1, 2))]
+    if not len(near_m):
+        return False
+    points_m = np.einsum("k,fkd->fd", _WITHIN, near_m[_first_of_bodies(near_m)])
+    return any(crossings_above(around_m, point_m) % 2 for point_m in points_m)
+
+
+def _first_of_bodies(triangles_m: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the number of one triangle of every connected piece of (F, 3, 3) triangles."""
+    _, corner = np.unique(triangles_m.reshape(-1, 3).round(7), axis=0, return_inverse=True)
+    faces = corner.reshape(-1, 3)
+    ends, count = np.concatenate([faces[:, :2], faces[:, 1:]]).T, int(faces.max()) + 1
+    body = connected_labels(count, *ends)
+    _, first = np.unique(body[faces[:, 0]], return_index=True)
+    found: NDArray[np.int64] = first.astype(np.int64)
+    return found
+
+
+def collision_object(triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
+    """Return a movable FCL object of (F, 3, 3) float64 triangles, at the origin."""
+    shape = fcl.BVHModel()
+    shape.beginModel(len(triangles_m), 3 * len(triangles_m))
+    shape.addSubModel(triangles_m.reshape(-1, 3), np.arange(3 * len(triangles_m)).reshape(-1, 3))
+    shape.endModel()
+    return fcl.CollisionObject(shape)
+
 
 LEAST_GAP_M = 0.001
 _DEPTH_STEP_M = 0.001
@@ -38,7 +81,7 @@ _WAYS_TRIED = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Solid:
+class _Solid:
     """A component at its place, or a fixed structure.
 
     Attributes:
@@ -71,11 +114,11 @@ class Contacts:
         self._tolerance_m = site.rules.contact_tolerance_m
         self._shape = site.shape
         components = [
-            Solid(c.id, (c.shape.cells + np.array(c.target_vox, np.int32)).astype(np.int32), c.mesh)
+            _Solid(c.id, (c.shape.cells + np.array(c.target_vox, np.int32)).astype(np.int32), c.mesh)
             for c in site.components
         ]
-        structure = [Solid(b.id, b.cells, b.mesh) for b in site.blockers if b.mesh is not None]
-        self.solids: tuple[Solid, ...] = (*components, *structure)
+        structure = [_Solid(b.id, b.cells, b.mesh) for b in site.blockers if b.mesh is not None]
+        self.solids: tuple[_Solid, ...] = (*components, *structure)
         self.bounds_vox = np.array(
             [
                 (solid.cells.min(axis=0), solid.cells.max(axis=0)) if len(solid.cells) else ((0, 0, 0), (-1, -1, -1))
@@ -222,7 +265,7 @@ class Contacts:
                     continue
                 part, other = (self._bvh_of(triangles) for triangles in self.pair_m(first, second))
                 part.setTranslation(np.zeros(3))
-                if not fcl.collide(part, other) and not enclosed(*self.pair_m(first, second)):
+                if not fcl.collide(part, other) and not _enclosed(*self.pair_m(first, second)):
                     continue
                 way_m = self._way_out_as_drawn_m(first, second, part, other)
                 part.setTranslation(np.zeros(3))
@@ -252,7 +295,7 @@ class Contacts:
         if fcl.collide(self._bvh_of(one), self._bvh_of(other)):
             return True
         is_short = way_m is not None and np.abs(way_m).sum() <= LEAST_GAP_M
-        return not is_short and enclosed(one, other)
+        return not is_short and _enclosed(one, other)
 
     def _way_out_as_drawn_m(
         self, first: int, second: int, part: fcl.CollisionObject, other: fcl.CollisionObject
@@ -286,7 +329,7 @@ class Contacts:
 
     def _still_enclosed(self, first: int, second: int, moved_m: NDArray[np.float64]) -> bool:
         part, other = self.pair_m(first, second)
-        return enclosed(part + moved_m, other)
+        return _enclosed(part + moved_m, other)
 
     def _apart_by_boxes_m(self, first: int, second: int) -> NDArray[np.float64] | None:
         """Return the move that takes the boxes of two parts apart, less what their surfaces do not need.

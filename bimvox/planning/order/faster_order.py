@@ -1,4 +1,4 @@
-"""A faster erection sequence than the greedy one, and the yard for it.
+"""A faster erection sequence than the greedy one, by local search, and the yard for it.
 
 The local search (``local_search``) changes the order within its deliveries and keeps the places, so its estimate holds
 for them; parts of one stack or rack keep their order. With several cranes it also changes which of them lifts a part.
@@ -15,28 +15,302 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.compiled import kernel, leaf_kernel
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.travel import Travel
-from bimvox.planning.order.local_search import searched
-from bimvox.planning.order.makespan import OrderTimes, Places, makespan_s, order_times
+from bimvox.planning.order.makespan import (
+    STATE_COLUMNS,
+    Course,
+    OrderTimes,
+    Places,
+    Shared,
+    at,
+    course_of,
+    makespan_s,
+    order_times,
+    pick_axes,
+    target_axes,
+    walk,
+    whole_seconds,
+)
 from bimvox.planning.order.relations import Precedence
-from bimvox.planning.order.sequence import ErectionSequence, Sequencer
-from bimvox.planning.truckload import fit_trucks
-from bimvox.planning.yard import allocate_yard, risen
+from bimvox.planning.order.sequence import ErectionSequence, Prefer, Sequencer
+from bimvox.planning.yard import allocate_yard, fit_trucks, risen
 from bimvox.site.site import Site
+
+# A local search on the erection sequence: less time, by the estimate of ``makespan``.
+#
+# Simulated annealing: a part, or a few that follow each other, go to another position, two parts change positions, or a
+# part goes to another crane that may lift it. No move breaks a pair that must stay as it is
+# (``Sequencer.fixed_pairs``). What is counted are parts looked at, not seconds, so that every machine finds the same.
+
+_LONGEST = 4
+"""Most parts that are moved together."""
+_FARTHEST = 60
+"""A part moves no further in the order."""
+_SWAPS = 0.3
+_OTHER_CRANES = 0.3
+_LESS_S = 1e-6
+
+
+def searched(
+    times: OrderTimes,
+    order: Sequence[int],
+    fixed: NDArray[np.bool_],
+    budget: int,
+    seed: int,
+    warm_s: float,
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return the best order found, and the crane of each part; the given ones if none takes less time.
+
+    Args:
+        times: The times.
+        order: The order to start from.
+        fixed: (N, N) whether a part must stay before another one, by component.
+        budget: How many parts are looked at.
+        seed: Seed of the random numbers.
+        warm_s: How much longer an order may become at first to be accepted as often as not; 0: no longer at all.
+    """
+    count = len(order)
+    if count < 2:
+        return tuple(order), tuple(times.crane.tolist())
+    courses = course_of(count, times.may.shape[1]), course_of(count, times.may.shape[1])
+    found, crane = _annealed(times, np.array(order, np.int64), fixed, courses, budget, seed, warm_s)
+    return tuple(found.tolist()), tuple(crane.tolist())
+
+
+@kernel
+def _annealed(
+    times: OrderTimes,
+    order: NDArray[np.int64],
+    fixed: NDArray[np.bool_],
+    courses: tuple[Course, Course],
+    budget: int,
+    seed: int,
+    warm_s: float,
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    known, trial = courses
+    states, rank = known.states, known.rank
+    count, cranes = len(order), (states.shape[1] - STATE_COLUMNS) // 2
+    drawn = np.empty(4 if cranes == 1 else 6)
+    crane = times.crane.copy()
+    end, width = 2 * cranes + 1, states.shape[1]
+    for n in range(count):
+        rank[order[n]] = n
+    walk(times, crane, order, (0, count), known, known)
+    total_s = best_s = states[count, end]
+    best, best_crane, new = order.copy(), crane.copy(), order.copy()
+    looked, number = 0, np.uint64(seed)
+    while looked < budget:
+        looked += 1
+        number = _draw(number, drawn)
+        a = int(drawn[0] * count)
+        part, own = order[a], crane[order[a]]
+        gives = cranes > 1 and drawn[4] < _OTHER_CRANES
+        if gives:
+            other = int(drawn[5] * cranes)
+            if own < 0 or other == own or not times.may[part, other]:
+                continue
+            crane[part] = other
+        b = a if gives else min(count - 1, max(0, a + int((2.0 * drawn[1] - 1.0) * (_FARTHEST + 1))))
+        if a == b and not gives:
+            continue
+        low, high = min(a, b), max(a, b)
+        length, allowed = 0, True
+        if gives:
+            pass
+        elif drawn[2] < _SWAPS:
+            allowed = _may_swap(order, fixed, low, high)
+        else:
+            length = min(1 + int(((drawn[2] - _SWAPS) / (1.0 - _SWAPS)) ** 2 * _LONGEST), high - low)
+            allowed = _may_move(order, fixed, low, high, length, a > b)
+        looked += (high - low) // 4
+        if not allowed:
+            continue
+        if length == 0:
+            new[low], new[high] = order[high], order[low]
+        elif a < b:  # the first ones go to the end
+            new[low : high + 1 - length] = order[low + length : high + 1]
+            new[high + 1 - length : high + 1] = order[low : low + length]
+        else:
+            new[low : low + length] = order[high + 1 - length : high + 1]
+            new[low + length : high + 1] = order[low : high + 1 - length]
+        until = walk(times, crane, new, (low, high + 1), known, trial)
+        looked += until - low
+        later_s = trial.states[until, end] - states[until, end]
+        warmth_s = warm_s * (1.0 - looked / budget)
+        if later_s <= _LESS_S or (warmth_s > 0.0 and drawn[3] < np.exp(-later_s / warmth_s)):
+            order[low : high + 1] = new[low : high + 1]
+            for n in range(low, until):
+                for column in range(width):
+                    states[n + 1, column] = trial.states[n + 1, column]
+                rank[order[n]] = n
+                known.carried_s[order[n]] = trial.carried_s[order[n]]
+            if until < count and later_s != 0.0:
+                _shift(states, until + 1, later_s, cranes)
+            total_s += later_s
+            if total_s < best_s - _LESS_S:
+                best_s = total_s
+                best[:], best_crane[:] = order, crane
+        else:
+            new[low : high + 1] = order[low : high + 1]
+            crane[part] = own
+    return best, best_crane
+
+
+@leaf_kernel
+def _draw(number: np.uint64, drawn: NDArray[np.float64]) -> np.uint64:
+    """Fill an array with random numbers in [0, 1) by a linear congruential generator (Knuth's); return its state."""
+    for n in range(len(drawn)):
+        number = number * np.uint64(6364136223846793005) + np.uint64(1442695040888963407)
+        drawn[n] = (number >> np.uint64(11)) / 9007199254740992.0
+    return number
+
+
+@leaf_kernel
+def _shift(states: NDArray[np.float64], first: int, later_s: float, cranes: int) -> None:
+    """Make states later from one on, in place."""
+    for n in range(first, len(states)):
+        for column in range(cranes):
+            states[n, column] += later_s
+        for column in range(2 * cranes, 2 * cranes + 3):
+            states[n, column] += later_s
+
+
+@leaf_kernel
+def _may_swap(order: NDArray[np.int64], fixed: NDArray[np.bool_], low: int, high: int) -> bool:
+    one, other = order[low], order[high]
+    if fixed[one, other]:
+        return False
+    free = True
+    for n in range(low + 1, high):
+        free &= not (fixed[one, order[n]] or fixed[order[n], other])
+    return free
+
+
+@leaf_kernel
+def _may_move(
+    order: NDArray[np.int64], fixed: NDArray[np.bool_], low: int, high: int, length: int, is_last: bool
+) -> bool:
+    """Return whether the last parts of a range may go before its others, or the first ones behind them."""
+    middle = high + 1 - length if is_last else low + length
+    for m in range(low, middle):
+        for n in range(middle, high + 1):
+            if fixed[order[m], order[n]]:
+                return False
+    return True
+
+
+# Erection sequence and yard together, for short travel times of the crane.
+#
+# The order decides where a part may wait, and the places in the yard decide which order is fast. So both are made in
+# turn: an order from the previous places (greedy, one lift ahead), then places from that order. The fastest of a few
+# rounds is kept, by the point-to-point bound of all travel, empty and loaded; with several cranes, by the busiest one.
+
+_ROUNDS = 3
+_LOOKED_AT = 48
+"""How many of the parts that may come next, those nearest to the hook, are compared."""
+_WORTH = 1.02
+"""The plain order is kept if its travel time is at most this ratio above the best: the bound ignores obstacles."""
+
+
+def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[ErectionSequence, Places]:
+    """Return an erection sequence and its places in the yard."""
+    sequence = sequencer.lowest_first()
+    if not site.cranes:
+        return sequence, allocate_yard(site, sequence.order)
+    travels = [travel_of(site, crane) for crane in site.cranes]
+    rounds = [
+        (sequence, allocate_yard(site, sequence.order)),
+        (sequence, allocate_yard(site, sequence.order, *travels)),
+    ]
+    for _ in range(_ROUNDS):
+        prefer: Prefer
+        if site.has_several_cranes:
+            places = rounds[-1][1]
+            travel_axes = [(target_axes(site, travel), pick_axes(site, travel, places), travel) for travel in travels]
+            prefer = Shared(site, travel_axes)
+        else:
+            prefer = _Quickest(site, travels[0], rounds[-1][1])
+        sequence = sequencer.order(prefer)
+        rounds.append((sequence, allocate_yard(site, sequence.order, *travels)))
+    # With several cranes, the plain order does not balance them.
+    first = 2 if site.has_several_cranes else 0
+    most = max(_with_place(places) for _, places in rounds[first:])
+    judged = [_busiest_s(site, travels, made.order, places) for made, places in rounds]
+    kept = [n for n, (_, places) in enumerate(rounds) if n >= first and _with_place(places) == most]
+    best = min(kept, key=lambda n: round(judged[n], 3))
+    plain_is_good = kept[0] == 0 and judged[0] <= _WORTH * judged[best]
+    return rounds[0 if plain_is_good else best]
+
+
+def travel_of(site: Site, crane: TowerCrane) -> Travel:
+    """Return the travel times of a crane over a whole site."""
+    base_m, size_m = np.array(crane.base_m[:2]), site.frame.voxel_size_m
+    corners_m = np.array(site.frame.origin_m[:2]) + np.array([[0, 0], site.shape[:2]]) * size_m
+    return Travel(crane, float(np.abs(corners_m - base_m).max() * 2.0) + crane.jib_height_m)
+
+
+def _busiest_s(site: Site, travels: Sequence[Travel], order: tuple[int, ...], places: Places) -> float:
+    """Return the largest travel time of any crane, seconds, see :func:`travel_s`."""
+    own = [tuple(i for i in order if site.components[i].crane == k) for k in range(len(travels))]
+    return max(travel_s(site, travel, own[k], places) for k, travel in enumerate(travels))
+
+
+def travel_s(site: Site, travel: Travel, order: tuple[int, ...], places: Places) -> float:
+    """Return the hook's travel time, empty and loaded, seconds; parts without a place are left out."""
+    targets, picks = target_axes(site, travel), pick_axes(site, travel, places)
+    kept = np.array([i for i in order if places[i] is not None], np.int64)
+    if not len(kept):
+        return 0.0
+    loaded = travel.between_s(at(picks, kept), at(targets, kept))
+    empty = travel.between_s(at(targets, kept[:-1]), at(picks, kept[1:]))
+    return float(loaded.sum() + empty.sum())
+
+
+class _Quickest:
+    """Chooses the part with the least travel time from the part before it and on to the next one."""
+
+    def __init__(self, site: Site, travel: Travel, places: Places) -> None:
+        targets, picks = target_axes(site, travel), pick_axes(site, travel, places)
+        self._empty_s = whole_seconds(travel, targets, picks)
+        self._delivery = [-1 if place is None else place.delivery for place in places]
+        self._assembly = [component.hints.assembly for component in site.components]
+
+    def __call__(self, ready: list[int], order: list[int]) -> int:
+        """Return the next part."""
+        delivery = min(self._delivery[i] for i in ready)
+        ready = [i for i in ready if self._delivery[i] == delivery]
+        if order and self._assembly[order[-1]] is not None:
+            ready = [i for i in ready if self._assembly[i] == self._assembly[order[-1]]] or ready
+        if len(ready) == 1:
+            return ready[0]
+        numbers = np.array(ready)
+        if order:
+            nearest = np.argsort(self._empty_s[order[-1], numbers], kind="stable")[:_LOOKED_AT]
+            numbers = numbers[np.sort(nearest)]
+        after = self._empty_s[numbers[:, None], numbers[None]] + np.diag(np.full(len(numbers), np.inf))
+        cost = after.min(axis=1) + (self._empty_s[order[-1], numbers] if order else 0.0)
+        return int(numbers[np.argmin(cost)])
+
+
+def _with_place(places: Places) -> int:
+    return sum(place is not None for place in places)
+
 
 _LEAST_ROUNDS, _MOST_ROUNDS, _PLACED = 3, 16, 800
 """Rounds of search and yard: as many as place this many parts, within limits."""
 BUDGET = 20_000
 """Parts looked at in each round, for each part of the site."""
 COOL_S, WARM_S = 2.0, 20.0
-_LESS_S = 0.01
+_WORTH_A_YARD_S = 0.01
 _WORTH_S = 5.0
 _WORTH_SHARED = 0.005
 """What an order must save by the estimate, in all or, with several cranes, as a share of all their work. The estimate
 is not better than that."""
 
 
-class Faster(NamedTuple):
+class _Faster(NamedTuple):
     """An order by the estimate.
 
     Attributes:
@@ -78,14 +352,14 @@ class FasterOrder:
         self._free = np.array([part.id in free for part in site.components])
         self._over_m = _heights_m(site, sequencer.lowest_first().order)
 
-    def than(self, greedy: ErectionSequence, places: Places) -> Faster | None:
+    def than(self, greedy: ErectionSequence, places: Places) -> _Faster | None:
         """Return a faster order; None if there is none."""
         start = self._judged(self._site, greedy, places)
         best = now = start
         warm_s = COOL_S
         for seed in range(max(_LEAST_ROUNDS, min(_MOST_ROUNDS, _PLACED // len(greedy.order)))):
             found = self._nearby(now, seed, warm_s)
-            if found is not None and found.seconds < best.seconds - _LESS_S:
+            if found is not None and found.seconds < best.seconds - _WORTH_A_YARD_S:
                 best = now = found
                 warm_s = COOL_S
             else:  # try further away
@@ -98,7 +372,7 @@ class FasterOrder:
         """Return what the search looks at: the times at these places, and which parts keep their order."""
         return self._times(self._site, places), self._fixed_pairs(sequence, places)
 
-    def _nearby(self, now: Faster, seed: int, warm_s: float) -> Faster | None:
+    def _nearby(self, now: _Faster, seed: int, warm_s: float) -> _Faster | None:
         """Return the faster one of the order that is found next, in these places or in new ones; None if none is."""
         order = now.sequence.order
         times, fixed = self._times(now.site, now.places), self._fixed_pairs(now.sequence, now.places)
@@ -122,11 +396,11 @@ class FasterOrder:
         kept = [self._judged(site, sequence, places) for places in choices if _with_place(places) == most]
         return min(kept, key=lambda one: one.seconds, default=None)
 
-    def _judged(self, site: Site, sequence: ErectionSequence, places: Places) -> Faster:
+    def _judged(self, site: Site, sequence: ErectionSequence, places: Places) -> _Faster:
         times = self._times(site, places)
         lifted = np.flatnonzero(times.crane >= 0)
         work_s = float((times.lead_s + times.off_s).sum() + times.carry_s[times.crane[lifted], lifted].sum())
-        return Faster(makespan_s(times, sequence.order), work_s, site, sequence, places)
+        return _Faster(makespan_s(times, sequence.order), work_s, site, sequence, places)
 
     def _times(self, site: Site, places: Places) -> OrderTimes:
         return order_times(site, self._travels, places, self._over_m, self._supports, self._free)
@@ -162,7 +436,3 @@ def _positions(order: Sequence[int]) -> NDArray[np.int64]:
     position = np.empty(len(order), np.int64)
     position[np.array(order)] = np.arange(len(order))
     return position
-
-
-def _with_place(places: Places) -> int:
-    return sum(place is not None for place in places)

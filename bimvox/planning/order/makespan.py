@@ -1,4 +1,4 @@
-"""The estimated makespan of an erection sequence with given places in the yard, one crane or several.
+"""The estimated makespan of an erection sequence with given places in the yard, one crane or several apart.
 
 An empty hook goes as fast as slewing and trolley can from the part before to the next one. A carry takes the crew's
 times and ``_OVER`` times what the slowest axis needs over everything of its stage. Several cranes keep the rules R1 to
@@ -8,24 +8,228 @@ on them, as in ``motion.steps``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
+from bimvox.crane.conflict import (
+    COLUMNS,
+    HOOK_HIGH,
+    HOOK_LOW,
+    LOAD_HALF,
+    LOWEST,
+    RADIUS_HIGH,
+    RADIUS_LOW,
+    ROPE_HALF,
+    SLEW_HIGH,
+    SLEW_LOW,
+    meet,
+    numbers_of,
+)
 from bimvox.crane.kinematics import Axes, hoist_limits
+from bimvox.crane.outline import outline_of
 from bimvox.crane.travel import Travel
-from bimvox.planning.order.apart import Apart, apart_of, waits_s
-from bimvox.planning.order.shared_order import at, pairs
-from bimvox.planning.other_cranes import could_lift
+from bimvox.planning.stage import could_lift
 from bimvox.records.lift import YardPlace
 from bimvox.site.beside import parts_beside
 from bimvox.site.casting import curing_s, work_and_wait_s
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
+from bimvox.site.lifting import crane_for
 from bimvox.site.means import Means
 from bimvox.site.site import Site
+
+# The separation of several cranes as the estimate of an order sees it (rule R4 of ``cranes.schedule``).
+#
+# While slings are taken off one part, another crane picks the next one and brings it. Both stay apart if it meets the
+# first crane, which stands over the part that it has set, at no time of its lift. Otherwise it has to wait until the
+# first crane has left. The solids are those of the schedule; the lift goes straight up, across and down.
+
+_ACROSS = 7
+_STEPS = _ACROSS + 3
+"""Steps of a lift: hooking on, up, across, down."""
+_SWING_M = 0.2
+_LEAVES_S = 20.0
+"""How long a crane needs to make room after the slings of its part are off."""
+
+
+class Apart(NamedTuple):
+    """What decides whether cranes come too near each other.
+
+    Attributes:
+        outlines: (K, 15) the cranes.
+        stands: (K, N, 9) each crane over the place of each part; columns as in ``crane.meeting``.
+        ways: (K, N, S, 9) each step of a lift.
+        begins_s: (K, N, S) when it begins, from hooking on.
+        separation_m: The distance that they keep.
+        meets_s: (K, K - 1, N, N) float32 when the lift of part j by another crane than a first meets crane a over part
+            i; infinite if it never does, NaN if nobody has asked yet. Most pairs never are next to each other.
+    """
+
+    outlines: NDArray[np.float64]
+    stands: NDArray[np.float64]
+    ways: NDArray[np.float64]
+    begins_s: NDArray[np.float64]
+    separation_m: float
+    meets_s: NDArray[np.float32]
+
+
+NOTHING_APART = Apart(
+    np.zeros((0, 15)), np.zeros((0, 0, COLUMNS)), np.zeros((0, 0, 0, COLUMNS)), np.zeros((0, 0, 0)), 0.0,
+    np.zeros((0, 0, 0, 0), np.float32),
+)  # fmt: skip
+"""Of cranes that nobody keeps apart."""
+
+
+def _apart_of(
+    site: Site, axes: Sequence[tuple[Axes, Axes]], over_m: NDArray[np.float64], spans_s: NDArray[np.float64]
+) -> Apart:
+    """Return what keeps the cranes of a site apart; for one crane without parts.
+
+    ``axes``: per crane the hook's axes at the places of all parts, and at the picks; ``over_m``: (N,) how high the hook
+    must go on the way; ``spans_s``: (K, 4, N) how long hooking on, up, across and down take.
+    """
+    cranes, count = len(site.cranes), len(site.components) if site.has_several_cranes else 0
+    stands, ways = np.zeros((cranes, count, COLUMNS)), np.zeros((cranes, count, _STEPS, COLUMNS))
+    begins_s = np.zeros((cranes, count, _STEPS))
+    for k in range(cranes) if count else ():
+        stands[k], ways[k] = _rows(site, k, axes[k], over_m)
+        on_s, up_s, across_s, _ = spans_s[k]
+        begins_s[k, :, 1:] = on_s[:, None]
+        begins_s[k, :, 2:] += up_s[:, None] + across_s[:, None] * np.arange(_ACROSS + 1) / _ACROSS
+    outlines = np.array([numbers_of(outline_of(crane)) for crane in site.cranes])
+    meets_s = np.full((cranes, cranes - 1, count, count), np.nan, np.float32)
+    return Apart(outlines, stands, ways, begins_s, site.rules.crane_separation_m, meets_s)
+
+
+def _rows(
+    site: Site, number: int, axes: tuple[Axes, Axes], over_m: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return (N, 9) a crane over the places of parts, and (N, S, 9) the steps of their lifts."""
+    (slew, radius, at_m), (pick_slew, pick_radius, pick_m) = axes
+    parts, cell_m = site.components, site.frame.voxel_size_m
+    size_m = cell_m * np.array([part.shape.size_vox for part in parts])
+    sling_m = np.array([crane_for(site, site.cranes[number], part).sling_m for part in parts])
+    hook_m = cell_m * (np.array([part.hook_line_vox[:2] for part in parts]) + 0.5)
+    half_m = np.hypot(*np.maximum(hook_m, size_m[:, :2] - hook_m).T)
+    top_m = np.maximum(over_m, np.maximum(at_m, pick_m))
+    turn = np.remainder(slew - pick_slew + np.pi, 2.0 * np.pi) - np.pi
+    rows = np.zeros((len(parts), _STEPS + 1, COLUMNS))  # the last one is over its place
+    for step in range(_STEPS + 1):
+        ends = [min(max(step - 2 + more, 0), _ACROSS) / _ACROSS for more in (0, 1)] if step > 1 else [0.0, 0.0]
+        slews = np.stack([pick_slew + turn * end for end in ends])
+        radii = np.stack([pick_radius + (radius - pick_radius) * end for end in ends])
+        low_m = pick_m if step < 2 else at_m if step >= _STEPS - 1 else top_m
+        rows[:, step, SLEW_LOW], rows[:, step, SLEW_HIGH] = slews.min(axis=0), slews.max(axis=0)
+        rows[:, step, RADIUS_LOW], rows[:, step, RADIUS_HIGH] = radii.min(axis=0), radii.max(axis=0)
+        rows[:, step, HOOK_LOW] = sling_m + low_m
+        rows[:, step, HOOK_HIGH] = sling_m + (top_m if 0 < step < _STEPS else low_m)
+        rows[:, step, LOWEST] = low_m - size_m[:, 2]
+        rows[:, step, LOAD_HALF] = np.hypot(half_m, size_m[:, 2]) if step == 0 else half_m  # upended
+        rows[:, step, ROPE_HALF] = _SWING_M
+    return rows[:, _STEPS].copy(), rows[:, :_STEPS].copy()
+
+
+@kernel
+def waits_s(apart: Apart, one: tuple[int, int], other: tuple[int, int]) -> float:
+    """Return how much later than the slings of a part are off the lift of another part may begin, by another crane.
+
+    Args:
+        apart: What keeps them apart.
+        one: The crane that has set a part, and the part.
+        other: The crane that lifts another part, and that part.
+    """
+    a, i = one
+    b, j = other
+    if apart.meets_s.size == 0:
+        return -np.inf
+    which = b - 1 if b > a else b
+    meets_s = apart.meets_s[a, which, i, j]
+    if np.isnan(meets_s):
+        meets_s = np.inf
+        for step in range(_STEPS):
+            way = apart.ways[b, j, step]
+            if meet(apart.outlines[a], apart.stands[a, i], apart.outlines[b], way, apart.separation_m):
+                meets_s = apart.begins_s[b, j, step]
+                break
+        apart.meets_s[a, which, i, j] = meets_s
+    return float(_LEAVES_S - meets_s)
+
+
+# The preference for the next part on a site with several cranes.
+#
+# Parts are set one after the other in the plan's order, whichever crane carries them, so the order balances the cranes:
+# next is the crane that has worked least so far, and of its parts the one that it reaches fastest.
+
+_ROWS = 64
+"""So many parts are paired with all at once: thousands with thousands would fill the memory many times over."""
+
+
+class Shared:
+    """Chooses the next part on a site with several cranes.
+
+    Args:
+        site: The site.
+        travel_axes: Per crane the hook's axes at the targets and at the picks of all parts, and its travel times.
+    """
+
+    def __init__(self, site: Site, travel_axes: Sequence[tuple[Axes, Axes, Travel]]) -> None:
+        self._crane = np.array([component.crane for component in site.components])
+        self._assembly = [component.hints.assembly for component in site.components]
+        self._empty_s: list[NDArray[np.float32]] = []
+        self._loaded_s: list[NDArray[np.float64]] = []
+        for targets, picks, travel in travel_axes:
+            self._empty_s.append(whole_seconds(travel, targets, picks))
+            self._loaded_s.append(travel.between_s(picks, targets))
+        self._crew_s = [crew_times(site.rules, component).total_s for component in site.components]
+        self._worked_s = np.zeros(len(travel_axes))
+        self._last: dict[int, int] = {}
+        self._counted = 0
+
+    def __call__(self, ready: list[int], order: list[int]) -> int:
+        """Return the next part."""
+        self._count(order)
+        if order and self._assembly[order[-1]] is not None:
+            ready = [i for i in ready if self._assembly[i] == self._assembly[order[-1]]] or ready
+        numbers = np.array(ready)
+        owners = self._crane[numbers]
+        least = min(set(owners.tolist()), key=lambda k: (round(float(self._worked_s[k]), 3), k))
+        numbers = numbers[owners == least]
+        last = self._last.get(least)
+        if last is None:
+            return int(numbers[0])
+        return int(numbers[np.argmin(self._empty_s[least][last, numbers])])
+
+    def _count(self, order: list[int]) -> None:
+        for i in order[self._counted :]:
+            k = int(self._crane[i])
+            empty_s = float(self._empty_s[k][self._last[k], i]) if k in self._last else 0.0
+            self._worked_s[k] += self._crew_s[i] + empty_s + float(self._loaded_s[k][i])
+            self._last[k] = i
+        self._counted = len(order)
+
+
+def at(axes: Axes, numbers: Any) -> Axes:
+    """Return hook axes indexed by numbers of parts."""
+    return axes[0][numbers], axes[1][numbers], axes[2][numbers]
+
+
+def pairs(start: Axes, end: Axes) -> Iterator[tuple[slice, Axes, Axes]]:
+    """Yield all pairs of N and M hook axes, some rows at a time: which rows, and both to be broadcast to (rows, M)."""
+    for first in range(0, len(start[0]), _ROWS):
+        rows = slice(first, first + _ROWS)
+        yield rows, at(at(start, rows), (slice(None), None)), at(end, (None, slice(None)))
+
+
+def whole_seconds(travel: Travel, start: Axes, end: Axes) -> NDArray[np.float32]:
+    """Return (N, M) travel times between N and M hook axes in whole seconds, so that rounding noise decides nothing."""
+    seconds = np.empty((len(start[0]), len(end[0])), np.float32)
+    for rows, some, all_ in pairs(start, end):
+        seconds[rows] = np.round(travel.between_s(some, all_))
+    return seconds
+
 
 Places = tuple[YardPlace | None, ...]
 _OVER = 2.0
@@ -34,7 +238,7 @@ _CREW_OF = {Means.IN_SITU: 0, Means.BY_HAND: 1, Means.BUILT: 2, Means.CRANE: 3}
 NOTHING_BESIDE = np.zeros((0, 0), np.bool_)
 """Of one crane."""
 _SAME_S = 1e-6
-_RAISED, _RELEASED, _EARLIER, _DELIVERY, _CREWS, _SET, _BEGUN, COLUMNS = 0, 1, 2, 3, 4, 7, 8, 9
+_RAISED, _RELEASED, _EARLIER, _DELIVERY, _CREWS, _SET, _BEGUN, STATE_COLUMNS = 0, 1, 2, 3, 4, 7, 8, 9
 """Columns of a state, after each crane's free time and last part: when the last part was raised, when the slings of all
 were off, the same of earlier deliveries, the delivery, when each of three crews is free, when all parts were at their
 places, whether a lift has begun."""
@@ -152,7 +356,7 @@ def order_times(
         np.array([_CREW_OF[part.means] for part in parts], np.int64),
         np.concatenate([[0], np.cumsum([len(own) for own in under])]).astype(np.int64),
         np.array([j for own in under for j in own], np.int64),
-        apart_of(site, axes, over_m, spans_s),
+        _apart_of(site, axes, over_m, spans_s),
         parts_beside(site) if cranes > 1 else NOTHING_BESIDE,
     )
 
@@ -190,7 +394,7 @@ def makespan_s(times: OrderTimes, order: Sequence[int]) -> float:
 
 def course_of(count: int, cranes: int) -> Course:
     """Return room for the course of an order of so many parts, with the state before all of them."""
-    states = np.zeros((count + 1, 2 * cranes + COLUMNS))
+    states = np.zeros((count + 1, 2 * cranes + STATE_COLUMNS))
     states[0, cranes : 2 * cranes] = -1.0
     states[0, 2 * cranes + _DELIVERY] = -1.0
     return Course(states, np.zeros(count), np.arange(count))
@@ -220,7 +424,7 @@ def walk(
     """
     first, behind = window
     before, states, carries_s = was.states, new.states, new.carried_s
-    count, cranes = len(order), (states.shape[1] - COLUMNS) // 2
+    count, cranes = len(order), (states.shape[1] - STATE_COLUMNS) // 2
     raised, released = 2 * cranes + _RAISED, 2 * cranes + _RELEASED
     earlier, delivery = 2 * cranes + _EARLIER, 2 * cranes + _DELIVERY
     crews, placed, begun = 2 * cranes + _CREWS, 2 * cranes + _SET, 2 * cranes + _BEGUN

@@ -1,4 +1,4 @@
-"""Precedence relations of the parts, from geometry and the site file.
+"""Precedence relations of the parts, from geometry and the site file, and their graph without cycles.
 
 Two relations come from geometry, by the same swept-contact test that clears the last moves:
 
@@ -12,17 +12,21 @@ hung: it waits for one of the parts that it touches.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from collections import deque
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import lil_array
+from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from bimvox.errors import InputError
+from bimvox.errors import InputError, SequenceError
+from bimvox.kept import kept
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.contact.sweep import FAR_M, rope_meets
+from bimvox.planning.insertion import Insertion, PartToInsert, find_insertion
+from bimvox.planning.occupancy import Occupancy, target_cells
 from bimvox.site.ground import stand_on_ground
 from bimvox.site.means import Means
 from bimvox.site.site import Site
@@ -124,21 +128,19 @@ def _one_way(
     A part that is wholly below the underside of another carries it all the same: a plate drawn flush into the top of a
     footing meets it in both directions, but lies on it.
     """
-    group = _cycles(supports)
+    group = _in_cycles(supports)
     kept = [
         tuple(j for j in below if group[i] != group[j] or boxes[j, 1, 2] <= boxes[i, 0, 2] + tolerance_m + _ROUNDING_M)
         for i, below in enumerate(supports)
     ]
-    group = _cycles(kept)
+    group = _in_cycles(kept)
     return tuple(tuple(j for j in below if group[i] != group[j]) for i, below in enumerate(kept))
 
 
-def _cycles(supports: Sequence[tuple[int, ...]]) -> NDArray[np.int32]:
+def _in_cycles(after: Sequence[Collection[int]]) -> NDArray[np.int32]:
     """Return per component the number of the cycle that it is in; a number of its own if it is in none."""
-    graph = lil_array((len(supports), len(supports)), dtype=np.int8)
-    for i, below in enumerate(supports):
-        for j in below:
-            graph[i, j] = 1
+    pairs = np.array([(i, j) for i, later in enumerate(after) for j in sorted(later)], np.int64).reshape(-1, 2)
+    graph = coo_array((np.ones(len(pairs), np.int8), (pairs[:, 0], pairs[:, 1])), shape=(len(after), len(after)))
     _, group = connected_components(graph.tocsr(), connection="strong")
     return np.asarray(group, np.int32)
 
@@ -209,3 +211,274 @@ def _holds(site: Site, touching: tuple[tuple[int, ...], ...]) -> tuple[tuple[int
     numbers = {component.id: component.index for component in site.components}
     connected = (tuple(sorted(numbers[o] for o in c.hints.connected if o in numbers)) for c in site.components)
     return tuple(named or touched for named, touched in zip(connected, touching, strict=True))
+
+
+# Disassembly of a group of parts whose straight descents block each other in a cycle.
+#
+# The parts are taken out of the finished building one by one, after everything that must come after the group. A part
+# goes straight up if nothing of the group is in the way, otherwise by the last moves of a lift in reverse, sideways
+# too. The reverse is an order in which each part can be set. If none of the remaining parts can be taken out, they are
+# interlocked in the model: they are reported, the one that blocks the most others is set last (of equal ones, the one
+# on which the least depends), and the others continue.
+
+_TRIES = 400
+"""Most searches for lateral moves in one group."""
+_NAMED = 8
+
+
+@dataclass(frozen=True, slots=True)
+class _TakenApart:
+    """The result of a disassembly.
+
+    Attributes:
+        order: The group's components in erection order.
+        stuck: The largest set of which none could be taken out while the others were in place; empty if there is none.
+        notes: Findings, one sentence each.
+    """
+
+    order: tuple[int, ...]
+    stuck: tuple[int, ...]
+    notes: tuple[str, ...]
+
+
+class _Disassembly:
+    """Takes groups of a site apart. Its obstructions are ignored because they come and go."""
+
+    def __init__(self, site: Site, contacts: Contacts, relations: Precedence) -> None:
+        self._site = replace(site, blockers=tuple(b for b in site.blockers if b.kind != "obstruction"))
+        self._contacts, self._relations = contacts, relations
+
+    def take_apart(self, group: Sequence[int], firm: Sequence[Collection[int]], later: Collection[int]) -> _TakenApart:
+        """Return the erection order of a group.
+
+        Args:
+            group: Its components.
+            firm: Per component of the site, those that must come after it whatever the path.
+            later: Components that must come after the group, so they are not in place yet.
+        """
+        components, descent = self._site.components, self._relations.descent
+        occupancy = Occupancy(self._site)
+        in_place = {i for i in range(len(components)) if i not in later}
+        for i in in_place:
+            occupancy.add(target_cells(components[i]))
+        left, reverse, sideways = set(group), [], []
+        stuck: tuple[int, ...] = ()
+        tries = 0
+        refused: dict[int, int] = {}
+        while left:
+            loose = sorted(i for i in left if left.isdisjoint(firm[i]))
+            free = [i for i in loose if left.isdisjoint(descent[i])]
+            if free:
+                chosen = max(free, key=lambda i: (components[i].target_vox[2], i))
+            else:
+                chosen = -1
+                for i in sorted(loose, key=lambda i: (len(left.intersection(descent[i])), i)):
+                    if refused.get(i) == len(left) or tries >= _TRIES:
+                        continue
+                    tries += 1
+                    if self._comes_out(occupancy, i, in_place):
+                        chosen = i
+                        sideways.append(i)
+                        break
+                    refused[i] = len(left)
+                if chosen < 0:
+                    stuck = max(stuck, tuple(sorted(left)), key=len)
+                    blocks = {i: sum(i in descent[j] for j in left) for i in left}
+                    chosen = min(
+                        loose or sorted(left),
+                        key=lambda i: (-blocks[i], len(self._relying(i)), len(left.intersection(descent[i])), i),
+                    )
+            reverse.append(chosen)
+            left.remove(chosen)
+            in_place.discard(chosen)
+            occupancy.remove(target_cells(components[chosen]))
+        return _TakenApart(tuple(reversed(reverse)), stuck, self._notes(group, sideways, stuck))
+
+    def _comes_out(self, occupancy: Occupancy, index: int, in_place: set[int]) -> bool:
+        component = self._site.components[index]
+        occupancy.remove(target_cells(component))
+        fixed = range(len(self._site.components), len(self._contacts.solids))
+        present, space = (in_place - {index}) | set(fixed), occupancy.space(component)
+        part = PartToInsert(self._site, self._contacts, occupancy.counts, component, present, space, space, False)
+        found = find_insertion(part)
+        occupancy.add(target_cells(component))
+        return isinstance(found, Insertion) and not found.enclosed
+
+    def _relying(self, index: int) -> set[int]:
+        """Return the parts that rest on a part, directly or through others."""
+        found: set[int] = set()
+        stack = [index]
+        while stack:
+            here = stack.pop()
+            for i, below in enumerate(self._relations.supports):
+                if here in below and i not in found:
+                    found.add(i)
+                    stack.append(i)
+        return found
+
+    def _notes(self, group: Sequence[int], sideways: Sequence[int], stuck: Sequence[int]) -> tuple[str, ...]:
+        notes = []
+        if sideways:
+            notes.append(
+                f"the straight descents of {self._named(group)} block each other in a cycle; "
+                f"set from the side: {self._named(sideways)}"
+            )
+        if stuck:
+            notes.append(
+                f"interlocked in the model: none of {self._named(stuck)} can be set level while the others are in "
+                "place; the last of them can be lifted in only if a crew guides it, tilted and aside"
+            )
+        return tuple(notes)
+
+    def _named(self, group: Sequence[int]) -> str:
+        names = [self._site.components[i].label for i in group]
+        more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+        return ", ".join(names[:_NAMED]) + more
+
+
+# The acyclic graph of precedence: geometry and the site file's ``before`` and ``after``.
+#
+# Supports, ``before`` and ``after`` always hold. A blocked descent holds too, unless it is part of a cycle. Then the
+# parts of the cycle are taken apart in the finished building, with lateral moves if the straight way up is blocked; the
+# order is the reverse (see :mod:`bimvox.planning.order.relations`).
+
+Edges = list[set[int]]
+"""Per component, the components that come later."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OrderGraph:
+    """Which part must come before which, without cycles.
+
+    Attributes:
+        earlier: Per component, those that must come before it.
+        later: Per component, those that must come after it.
+        notes: Cycles of geometry and how they were resolved, one sentence each.
+    """
+
+    earlier: tuple[frozenset[int], ...]
+    later: tuple[frozenset[int], ...]
+    notes: tuple[str, ...]
+
+    def topological(self) -> tuple[int, ...]:
+        """Return all components in topological order; the lowest index first among equals."""
+        missing = [len(earlier) for earlier in self.earlier]
+        ready = deque(i for i, n in enumerate(missing) if n == 0)
+        order = []
+        while ready:
+            i = ready.popleft()
+            order.append(i)
+            for j in sorted(self.later[i]):
+                missing[j] -= 1
+                if missing[j] == 0:
+                    ready.append(j)
+        return tuple(order)
+
+
+@kept
+def order_graph(site: Site, relations: Precedence, contacts: Contacts) -> OrderGraph:
+    """Return the precedence graph of a site; made once for it.
+
+    Raises:
+        SequenceError: If no order satisfies the site file's ``before`` and ``after``; names the cycle.
+    """
+    count = len(site.components)
+    firm: Edges = [set() for _ in range(count)]
+    for i in range(count):
+        for j in (*relations.supports[i], *relations.wanted[i]):
+            firm[j].add(i)
+    for group in _cycles(firm):
+        raise _no_order(site, relations, firm, group)
+    needed: Edges = [firm[i] | set(relations.descent[i]) for i in range(count)]
+    edges: Edges = [needed[i] | set(relations.yields[i]) for i in range(count)]
+    for group in _cycles(edges):
+        for i in group:
+            edges[i] = needed[i] | (edges[i] - set(group))
+    notes: list[str] = []
+    groups = list(_cycles(edges))
+    disassembly = _Disassembly(site, contacts, relations) if groups else None
+    for group in groups:
+        assert disassembly is not None
+        inside = frozenset(group)
+        taken = disassembly.take_apart(group, firm, _reached(edges, inside))
+        if taken.stuck and any(set(relations.wanted[i]) & inside for i in inside):
+            raise _no_order(site, relations, edges, taken.stuck)
+        notes += taken.notes
+        for i in inside:
+            edges[i] -= inside
+        for first, then in zip(taken.order, taken.order[1:], strict=False):
+            edges[first].add(then)
+    earlier: Edges = [set() for _ in range(count)]
+    for i, later in enumerate(edges):
+        for j in later:
+            earlier[j].add(i)
+    return OrderGraph(tuple(map(frozenset, earlier)), tuple(map(frozenset, edges)), tuple(notes))
+
+
+def _cycles(edges: Edges) -> Iterable[tuple[int, ...]]:
+    """Yield the groups of components that form cycles, lowest index first."""
+    members: dict[int, list[int]] = {}
+    for i, group in enumerate(_in_cycles(edges).tolist()):
+        members.setdefault(group, []).append(i)
+    for group in members.values():
+        if len(group) > 1 or group[0] in edges[group[0]]:
+            yield tuple(group)
+
+
+def _reached(edges: Edges, group: frozenset[int]) -> frozenset[int]:
+    """Return everything that must come after a part of the group, without the group itself."""
+    found: set[int] = set()
+    queue = deque(sorted(group))
+    while queue:
+        for j in edges[queue.popleft()]:
+            if j not in found and j not in group:
+                found.add(j)
+                queue.append(j)
+    return frozenset(found)
+
+
+def _no_order(site: Site, relations: Precedence, edges: Edges, group: Sequence[int]) -> SequenceError:
+    cycle = _shortest_cycle(edges, group, relations)
+    ids = [site.components[i].id for i in cycle]
+    names = [site.components[i].label for i in cycle]
+    reasons = [
+        f"{names[n]} before {names[(n + 1) % len(ids)]} ({_reason(relations, i, cycle[(n + 1) % len(cycle)])})"
+        for n, i in enumerate(cycle)
+    ]
+    return SequenceError(
+        f"no erection sequence is possible: {', '.join(reasons)}",
+        cycle=ids,
+        hint="change before or after of one of these parts in the site file",
+    )
+
+
+def _shortest_cycle(edges: Edges, group: Sequence[int], relations: Precedence) -> list[int]:
+    """Return a shortest cycle within a group, through a ``before`` or ``after`` of the site file if there is one."""
+    inside = set(group)
+    required = [(j, i) for i in sorted(inside) for j in relations.wanted[i] if j in inside]
+    best: list[int] = []
+    for start, then in required or [(i, j) for i in sorted(inside) for j in sorted(edges[i] & inside)]:
+        back = {then: then}
+        queue = deque([then])
+        while queue and start not in back:
+            here = queue.popleft()
+            for there in sorted(edges[here] & inside):
+                if there not in back:
+                    back[there] = here
+                    queue.append(there)
+        if start not in back:
+            continue
+        cycle = [start]
+        while cycle[-1] != then:
+            cycle.append(back[cycle[-1]])
+        if not best or len(cycle) < len(best):
+            best = cycle[::-1]
+    return [best[-1], *best[:-1]] if best else list(group)
+
+
+def _reason(relations: Precedence, first: int, then: int) -> str:
+    if first in relations.wanted[then]:
+        return "required by the site file"
+    if first in relations.supports[then]:
+        return "which rests on it"
+    return "which would block its descent"

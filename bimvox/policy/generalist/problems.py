@@ -1,4 +1,4 @@
-"""Random lifts on random sites of five families, and the numbered lessons of the generalist among them.
+"""Random lifts on random sites of five families, of lessons and of the held-out suite.
 
 Every site has a ground slab in layer k = 0. Walls that reach the top of the site can only be bypassed at their ends.
 """
@@ -6,7 +6,6 @@ Every site has a ground slab in layer k = 0. Walls that reach the top of the sit
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -204,8 +203,6 @@ LESSON_DOMAIN, HELD_OUT_DOMAIN, VALIDATION_DOMAIN = 1, 2, 3
 """First number of every seed: lessons, held-out suite and checks never share one."""
 
 SMALLEST: IntVec = (15, 15, 6)
-_LESSON_SIZES: tuple[tuple[IntVec, int], ...] = (((40, 40, 16), 3), ((96, 96, 32), 5), ((160, 160, 48), 2))
-"""Largest site, and how many lessons in ten are drawn up to that size."""
 
 
 def random_shape(rng: np.random.Generator, smallest: IntVec, largest: IntVec) -> IntVec:
@@ -329,20 +326,6 @@ def random_problem(seed: tuple[int, ...], family: str, smallest: IntVec, largest
         problem = _random_lift(rng, space)
         if problem is not None:
             return problem
-
-
-def lesson(number: int, domain: int = LESSON_DOMAIN) -> LiftProblem:
-    """Return the problem of a number, which determines family, size and seed."""
-    names = list(FAMILIES)
-    sizes = [largest for largest, tenths in _LESSON_SIZES for _ in range(tenths)]
-    largest = sizes[number // len(names) % len(sizes)]
-    return random_problem((domain, number), names[number % len(names)], SMALLEST, largest)
-
-
-def lessons(count: int, *, domain: int = LESSON_DOMAIN, first: int = 0, threads: int = 1) -> list[LiftProblem]:
-    """Return ``count`` problems of a domain, from number ``first`` on, families in turn."""
-    with ThreadPoolExecutor(threads) as executor:
-        return list(executor.map(lambda number: lesson(number, domain), range(first, first + count)))
 
 
 def with_boxes(rng: np.random.Generator, space: CollisionSpace, count: int) -> CollisionSpace:

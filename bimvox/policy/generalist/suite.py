@@ -14,7 +14,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -34,7 +33,6 @@ from bimvox.policy.generalist.problems import (
     random_shape,
     u_trap,
 )
-from bimvox.policy.generalist.stages import load_stages
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import IntVec
 
@@ -191,7 +189,7 @@ def _closed_in(space: CollisionSpace, cell: IntVec, room: int) -> CollisionSpace
 
 FROZEN = Path(__file__).with_name("suite.json")
 BUILDING = Path(__file__).with_name("building.npz")
-_FORMAT = "bimvox-held-out-suite"
+FORMAT = "bimvox-held-out-suite"
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,20 +266,21 @@ def frozen_problem(one: ProblemSet, number: int) -> LiftProblem:
     return problem
 
 
-def frozen_text() -> str:
-    """Return the content of the frozen file, made anew from the generators and the building's file."""
-    sets: dict[str, dict[str, Any]] = {}
-    for one in problem_sets().values():
-        digests = [digest_of(one.make(number)) for number in range(one.count)]
-        sets[one.name] = {"seeds": [0, one.count - 1], "digest": set_digest(digests), "digests": digests}
-    sets["building"] |= {"file": BUILDING.name, "sha256": hashlib.sha256(BUILDING.read_bytes()).hexdigest()}
-    return json.dumps({"format": _FORMAT, "version": 1, "sets": sets}, indent=1) + "\n"
-
-
 def _of_family(family: str, number: int) -> LiftProblem:
     return held_out(family, number).problem
 
 
 def _of_building(number: int) -> LiftProblem:
-    (stage,) = load_stages(BUILDING, number)
-    return training_problem(stage.space, stage.start_vox, stage.gate_vox)
+    """Return a lift of the building's file: of every array those of all lifts, flat, and their shapes."""
+    with np.load(BUILDING, allow_pickle=False) as archive:
+        arrays = dict(archive)
+    of_lift = {}
+    for key in [key for key in arrays if not key.endswith(".shape")]:
+        shapes = arrays[f"{key}.shape"]
+        end = int(shapes[: number + 1].prod(axis=1).sum())
+        of_lift[key] = arrays[key][end - int(shapes[number].prod()) : end].reshape(shapes[number])
+    grid, occupied, way, _ = (of_lift.pop(key) for key in ("grid", "occupied", "way", "yard"))
+    bits = np.unpackbits(occupied.astype(np.uint8), count=int(grid.astype(int).prod())).reshape(tuple(grid))
+    space = CollisionSpace(summed_area_table(bits.astype(np.bool_)), **of_lift)
+    (a, b, c), (d, e, f) = way.astype(int).tolist()
+    return training_problem(space, (a, b, c), (d, e, f))

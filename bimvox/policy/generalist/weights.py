@@ -11,36 +11,18 @@ from typing import Any
 import numpy as np
 from safetensors import SafetensorError
 from safetensors.numpy import load as arrays_from_bytes
-from safetensors.numpy import save as bytes_from_arrays
 
 from bimvox.env.observation import VIEW_NAME
 from bimvox.errors import PolicyError
 from bimvox.policy.network import QNetwork, network_from_arrays
 
 FOLDER = Path(__file__).parents[1] / "weights"
-_NAME = "generalist"
-
-
-def save_generalist(network: QNetwork, record: dict[str, Any], folder: Path = FOLDER) -> str:
-    """Write weights in half precision, and their record, and return their id.
-
-    Args:
-        network: The weights.
-        record: Plain values: recipe, seed, steps, curve.
-        folder: Where to.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    content = bytes_from_arrays({name: array.astype(np.float16) for name, array in network.arrays().items()})
-    digest = hashlib.sha256(content).hexdigest()
-    plain = {**record, "id": digest[:16], "weights_sha256": digest, "observation": VIEW_NAME}
-    (folder / f"{_NAME}.safetensors").write_bytes(content)
-    (folder / f"{_NAME}.json").write_text(json.dumps(plain, indent=1, sort_keys=True) + "\n")
-    return digest[:16]
+NAME = "generalist"
 
 
 def generalist_record(folder: Path = FOLDER) -> dict[str, Any]:
     """Return the record of the shipped weights' training."""
-    record: dict[str, Any] = json.loads((folder / f"{_NAME}.json").read_text())
+    record: dict[str, Any] = json.loads((folder / f"{NAME}.json").read_text())
     return record
 
 
@@ -51,7 +33,7 @@ def load_generalist(folder: Path = FOLDER) -> QNetwork:
     Raises:
         PolicyError: It is missing, damaged, or made for another view.
     """
-    file = folder / f"{_NAME}.safetensors"
+    file = folder / f"{NAME}.safetensors"
     try:
         content = file.read_bytes()
         record = generalist_record(folder)
@@ -61,7 +43,7 @@ def load_generalist(folder: Path = FOLDER) -> QNetwork:
             f"{file}: the built-in policy cannot be read: {error}", hint="install bimvox again"
         ) from error
     if hashlib.sha256(content).hexdigest() != record["weights_sha256"]:
-        raise PolicyError(f"{file}: it is not what {_NAME}.json describes", hint="install bimvox again")
+        raise PolicyError(f"{file}: it is not what {NAME}.json describes", hint="install bimvox again")
     if record["observation"] != VIEW_NAME:
         raise PolicyError(
             f"{file}: made for the view {record['observation']}, this version has {VIEW_NAME}",

@@ -14,7 +14,7 @@ from scipy.ndimage import binary_propagation
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.proof.bodies.solid import corner_numbers, is_matched, pieces_of
+from bimvox.proof.bodies.solid import are_edges_matched, corner_numbers, pieces_of
 
 _STRIPS = np.arange(16)
 _LINES = np.array([(8.0, 8.0), *zip(_STRIPS * 7 % 16 + 0.5, _STRIPS + 0.5, strict=True)]) / 16.0 + (0.00031, -0.00047)
@@ -44,7 +44,7 @@ def unfilled(
     if not len(left):
         return left
     numbers = corner_numbers(mesh)
-    inward, is_open = _inward(corners, pieces_of(numbers)), not is_matched(numbers)
+    inward, is_open = _inward(corners, pieces_of(numbers)), not are_edges_matched(numbers)
     lines = _LINES if is_open else _LINES[:1]
     if is_open:
         left = left[~_by_lines(left, corners, cells.shape, lines)]

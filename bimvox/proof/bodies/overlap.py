@@ -23,8 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
-from bimvox.proof.bodies.solid import FINEST_M, Solid
-from bimvox.proof.bodies.solid_queries import crosses_surface, in_skin, is_inside, surfaces_cross
+from bimvox.proof.bodies.solid import FINEST_M, Solid, crosses_surface, in_skin, is_inside, surfaces_cross
 
 _MOST_PIECES = 1_000_000
 _MOST_PIECES_TOGETHER = 512

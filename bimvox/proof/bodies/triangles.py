@@ -10,6 +10,7 @@ neighbours, for ropes, and for what carries a part.
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise, product
 
 import fcl
 import numpy as np
@@ -18,13 +19,66 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh
 from bimvox.compiled import kernel
 from bimvox.kept import kept
-from bimvox.proof.bodies.guided_poses import boxes_along, poses_along
 from bimvox.proof.bodies.overlap import overlaps_m
 from bimvox.proof.bodies.solid import FINEST_M, Solid, solid_of
-from bimvox.proof.bodies.turned import turned
 from bimvox.records.lift import Guide, LiftPlan, ModelledClash, swept_box_m
 from bimvox.records.proof import Check
 from bimvox.site.component import Component
+
+_MOST = 4096
+
+
+def _poses_along(guide: Guide, mesh: TriangleMesh, spacing_m: float) -> NDArray[np.float64]:
+    """Return (N, 3) height, aside and tilt of poses from the first one of a guide to its last."""
+    arm_m = float(np.linalg.norm(mesh.vertices_m - np.array(guide.centre_m), axis=1).max())
+    found = []
+    for start, end in pairwise(guide.poses):
+        by = np.abs(np.subtract(end, start))
+        count = min(max(1, int(np.ceil((by[0] + by[1] + arm_m * by[2]) / spacing_m))), _MOST)
+        share = np.arange(count)[:, None] / count
+        found.append(np.array(start) + share * np.subtract(end, start))
+    return np.concatenate([*found, np.array(guide.poses[-1:])])
+
+
+def boxes_along(guide: Guide, mesh: TriangleMesh, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (N, 2, 3) boxes around a guided part in (N, 3) poses: around its box at its place, moved and turned."""
+    corners_m = np.array(list(product(*mesh.bounds_m.T))) - np.array(guide.centre_m)
+    turned_m = np.einsum("nij,kj->nki", guide.turns(poses[:, 2]), corners_m)
+    at_m = np.array(guide.centre_m) + poses[:, :1] * np.array([0.0, 0.0, 1.0]) + poses[:, 1:2] * guide.ahead
+    boxes_m: NDArray[np.float64] = np.stack([turned_m.min(axis=1) + at_m, turned_m.max(axis=1) + at_m], axis=1)
+    return boxes_m
+
+
+def _turned_solid(solid: Solid, turn: NDArray[np.float64]) -> Solid:
+    """Return a solid after a rotation ((3, 3)) about the origin of its frame."""
+    corners = np.ascontiguousarray(solid.corners_m @ turn.T)
+    if not len(corners):
+        return solid
+    least_m = float(solid.skins_m.min())
+    low, high = corners.min(axis=(0, 1)) + least_m, corners.max(axis=(0, 1)) - least_m
+    return solid._replace(
+        corners_m=corners,
+        normals=np.ascontiguousarray(solid.normals @ turn.T),
+        boxes_m=_boxes(corners, solid.spans),
+        core_m=np.stack([low, high]),
+        seed_m=np.ascontiguousarray(solid.seed_m @ turn.T),
+        ends_m=np.ascontiguousarray(solid.ends_m @ turn.T),
+    )
+
+
+@kernel
+def _boxes(corners: NDArray[np.float64], spans: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return (N, 2, 3) the boxes around the triangles of each node of a tree."""
+    boxes = np.empty((spans.shape[0], 2, 3))
+    for n in range(spans.shape[0]):
+        for k in range(3):
+            low, high = np.inf, -np.inf
+            for f in range(spans[n, 0], spans[n, 1]):
+                for c in range(3):
+                    low, high = min(low, corners[f, c, k]), max(high, corners[f, c, k])
+            boxes[n, 0, k], boxes[n, 1, k] = low, high
+    return boxes
+
 
 _SPACING_M = 0.02
 _ROPE_M = 0.02  # the rope as a thin box: real ropes are 16 to 24 mm
@@ -125,7 +179,7 @@ class TriangleCheck:
         if (low + np.minimum(way_m, 0.0) > other_high).any() or (high + np.maximum(way_m, 0.0) < other_low).any():
             check.look(True, "")
             return
-        poses = poses_along(guide, component.mesh, self._spacing_m(component.index, other))
+        poses = _poses_along(guide, component.mesh, self._spacing_m(component.index, other))
         tolerance_m = self._site.rules.contact_tolerance_m
         part, solid = (solid_of(self._meshes[n], tolerance_m) for n in (component.index, other))
         by_skins = is_near and max(part.thickness_m, solid.thickness_m) >= _SHEET_M
@@ -157,7 +211,7 @@ class TriangleCheck:
         known = self._leaning[1]
         key = turn.tobytes()
         if key not in known:
-            known[key] = turned(part, turn)
+            known[key] = _turned_solid(part, turn)
         return known[key]
 
     def _too_deep(
@@ -188,14 +242,10 @@ class TriangleCheck:
     ) -> NDArray[np.float64]:
         """Return the offsets, finely spaced, at which a part hits another; the others count as passed.
 
-        Args:
-            check: Receives the count.
-            component: The part.
-            offsets_m: (N, 3) where it is, relative to its place in the building.
-            other: Number of the other solid.
-            boxes_m: (2, 3) each, boxes around what may collide: if they are apart, nothing collides.
-            aside_m: (3,) additional displacement of the part.
-            meets: Which offsets ((N, 3) metres) move the part so that it hits the other.
+        ``check``: receives the count; ``offsets_m``: (N, 3) where it is, relative to its place in the building;
+        ``other``: number of the other solid; ``boxes_m``: (2, 3) each, boxes around what may collide: if they are
+        apart, nothing collides; ``aside_m``: (3,) additional displacement of the part; ``meets``: which offsets ((N, 3)
+        metres) move the part so that it hits the other.
         """
         fine_m = _finely(offsets_m, self._spacing_m(component.index, other))
         low, high = self._boxes[component.index]

@@ -60,7 +60,7 @@ def hanging_m(site: Site, crane: TowerCrane, component: Component | None) -> flo
     return sling_m + float(cells.max() - cells.min() + 1) * site.frame.voxel_size_m / 2.0
 
 
-def ropes_m(crane: TowerCrane, axes: NDArray[np.float64], below_hook_m: float) -> NDArray[np.float64]:
+def _ropes_m(crane: TowerCrane, axes: NDArray[np.float64], below_hook_m: float) -> NDArray[np.float64]:
     """Return (N,) the length of the pendulum at hook poses ((N, 3) slew, radius, height): at least 0.5 m.
 
     A luffing jib of length L with its pivot at radius o and height h has its tip at ``h + sqrt(L^2 - (r - o)^2)``.
@@ -89,7 +89,7 @@ def swung_parts(crane: TowerCrane, motion: LiftMotion, way: Trajectory, below_ho
         time_ns = way.time_ns[part]
         if high_ns in rests:
             # The swing of an undamped load repeats after one period: a longer hold adds nothing.
-            period_s = 2.0 * np.pi * np.sqrt(ropes_m(crane, axes[part][-1:], below_hook_m)[0] / GRAVITY_M_S2)
+            period_s = 2.0 * np.pi * np.sqrt(_ropes_m(crane, axes[part][-1:], below_hook_m)[0] / GRAVITY_M_S2)
             time_ns[-1] = min(time_ns[-1], time_ns[-2] + round(1e9 * period_s))
         found.append(swung_on(crane, time_ns, axes[part], below_hook_m))
     return tuple(found)
@@ -105,7 +105,7 @@ def swung_on(crane: TowerCrane, time_ns: NDArray[np.int64], samples: NDArray[np.
         below_hook_m: Distance from the hook down to the middle of the load.
     """
     axes, since_s = _between(np.ascontiguousarray(samples), np.ascontiguousarray(time_ns))
-    length_m = ropes_m(crane, axes, below_hook_m)
+    length_m = _ropes_m(crane, axes, below_hook_m)
     bend = _gradient(_gradient(length_m, since_s), since_s)
     bend = np.clip(bend, -crane.hoist.acceleration, crane.hoist.acceleration)
     stiffness = (GRAVITY_M_S2 - bend) / length_m

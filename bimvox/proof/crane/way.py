@@ -1,4 +1,4 @@
-"""The pose of one of several cranes at any time, its hung load, and how it stops from there."""
+"""The pose of one of several cranes at any time, its hung load, and how it brakes and stops from there."""
 
 from __future__ import annotations
 
@@ -9,13 +9,106 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.crane.braking import braked, braking_time_s
+from bimvox.compiled import kernel
+from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.proof.crane.distance import POSE_COLUMNS, stopping_swing
 from bimvox.proof.crane.pendulum import hanging_m, swung_parts
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
+
+# How an axis brakes from any state, computed from its limits alone.
+#
+# The axis stops as fast as its limits on acceleration and jerk allow: the deceleration grows to a peak, holds, and
+# fades to zero. Bisection finds the peak: the highest, up to the limit, at which the braking does not reverse the rate.
+# The position is the acceleration's trapezium integrated twice, exactly from corner to corner.
+
+_HALVINGS = 60
+
+
+def braked(
+    position: float, rate: float, acceleration: float, limits: AxisLimits, time_s: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return (N,) the position of an axis at times after braking starts; at rest it stays in place.
+
+    Args:
+        position: Position at time 0, in the axis's unit.
+        rate: Rate at time 0, unit/s.
+        acceleration: Acceleration at time 0, unit/s^2; clipped to the limit.
+        limits: The axis's limits.
+        time_s: (N,) ascending, 0 or later.
+    """
+    most, jerk = limits.acceleration, limits.jerk
+    acceleration = float(np.clip(acceleration, -most, most))
+    corner_s, corner_a = _trapezium(rate, acceleration, most, jerk)
+    return np.asarray(_integrated(position, rate, corner_s, corner_a, np.asarray(time_s, np.float64)), np.float64)
+
+
+def braking_time_s(rate: float, acceleration: float, limits: AxisLimits) -> float:
+    """Return how long an axis takes to stop; arguments as for :func:`braked`."""
+    acceleration = float(np.clip(acceleration, -limits.acceleration, limits.acceleration))
+    return float(_trapezium(rate, acceleration, limits.acceleration, limits.jerk)[0][-1])
+
+
+@kernel
+def _trapezium(
+    rate: float, acceleration: float, most: float, jerk: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Corners of the acceleration over time: (4,) seconds and (4,) values, the last one 0."""
+    # The rate that remains if the acceleration fades at once determines the braking direction.
+    way = 1.0 if rate + acceleration * abs(acceleration) / (2.0 * jerk) >= 0.0 else -1.0
+    v, a = way * rate, way * acceleration
+    low, high = max(0.0, -a), most
+    if _remains(v, a, high, jerk) < 0.0:
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            if _remains(v, a, middle, jerk) < 0.0:
+                high = middle
+            else:
+                low = middle
+        peak = 0.5 * (low + high)
+    else:
+        peak = high
+    held = max(_remains(v, a, peak, jerk), 0.0) / peak if peak > 0.0 else 0.0
+    seconds, values = np.zeros(4), np.zeros(4)
+    seconds[1] = (a + peak) / jerk
+    seconds[2] = seconds[1] + held
+    seconds[3] = seconds[2] + peak / jerk
+    values[0], values[1], values[2] = acceleration, -way * peak, -way * peak
+    return seconds, values
+
+
+@kernel
+def _remains(rate: float, acceleration: float, peak: float, jerk: float) -> float:
+    """Return the remaining rate if the deceleration rises to a peak and fades without being held."""
+    rising_s, fading_s = (acceleration + peak) / jerk, peak / jerk
+    return rate + 0.5 * (acceleration - peak) * rising_s - 0.5 * peak * fading_s
+
+
+@kernel
+def _integrated(
+    position: float,
+    rate: float,
+    corner_s: NDArray[np.float64],
+    corner_a: NDArray[np.float64],
+    time_s: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return positions at ascending times for an acceleration that is linear between corners, then constant."""
+    reached = np.empty(time_s.shape[0])
+    at, v, p = 0, rate, position
+    for n in range(time_s.shape[0]):
+        while at < 3 and corner_s[at + 1] <= time_s[n]:
+            span = corner_s[at + 1] - corner_s[at]
+            p += v * span + (2.0 * corner_a[at] + corner_a[at + 1]) * span * span / 6.0
+            v += 0.5 * (corner_a[at] + corner_a[at + 1]) * span
+            at += 1
+        reached[n] = p
+        if at < 3:
+            since = time_s[n] - corner_s[at]
+            slope = (corner_a[at + 1] - corner_a[at]) / (corner_s[at + 1] - corner_s[at])
+            reached[n] = p + since * (v + since * (0.5 * corner_a[at] + since * slope / 6.0))
+    return reached
+
 
 LOOK_NS = 250_000_000
 """Time between compared poses."""
@@ -26,7 +119,7 @@ _EMPTY_M = 0.5
 """Half the width of the empty hook with its slings."""
 
 
-class Hung(NamedTuple):
+class _Hung(NamedTuple):
     """What hangs on a hook from a time on: its box around the hook in plan, and how far down it reaches.
 
     Attributes:
@@ -42,7 +135,7 @@ class Hung(NamedTuple):
     below_hook_m: float
 
 
-class Drive(NamedTuple):
+class _Drive(NamedTuple):
     """When a lift is carried out, on the site's clock, its order, and its component."""
 
     start_ns: int
@@ -66,10 +159,10 @@ class CraneWay:
     """
 
     crane: TowerCrane
-    drives: tuple[Drive, ...]
+    drives: tuple[_Drive, ...]
     time_ns: NDArray[np.int64]
     axes: NDArray[np.float64]
-    hung: tuple[Hung, ...]
+    hung: tuple[_Hung, ...]
     swing: NDArray[np.float64]
     swings: bool
 
@@ -101,7 +194,7 @@ class CraneWay:
         rows[:, 8] = np.interp(time_ns, self.swing[0], self.swing[1]) if self.swing.size else 0.0
         return rows
 
-    def drive_at(self, time_ns: int) -> Drive:
+    def drive_at(self, time_ns: int) -> _Drive:
         """Return the lift at a time, otherwise the last one before it."""
         return next((one for one in reversed(self.drives) if one.start_ns <= time_ns), self.drives[0])
 
@@ -123,7 +216,7 @@ def way_of_crane(site: Site, number: int, motions: Sequence[LiftMotion]) -> Cran
     swing = [piece for motion in motions for piece in _swing_of(site, crane, motion)]
     return CraneWay(
         crane,
-        tuple(Drive(one.start_ns, one.end_ns, one.order, one.component) for one in motions),
+        tuple(_Drive(one.start_ns, one.end_ns, one.order, one.component) for one in motions),
         time_ns[once],
         axes[once],
         _hung_by(site, crane, motions),
@@ -132,11 +225,11 @@ def way_of_crane(site: Site, number: int, motions: Sequence[LiftMotion]) -> Cran
     )
 
 
-def _hung_by(site: Site, crane: TowerCrane, motions: Sequence[LiftMotion]) -> tuple[Hung, ...]:
+def _hung_by(site: Site, crane: TowerCrane, motions: Sequence[LiftMotion]) -> tuple[_Hung, ...]:
     """Return what hangs on the hook during motions in order of time: a load from its raising to its release."""
     size_m, empty_m = site.frame.voxel_size_m, crane_for(site, crane, None).sling_m
     loose = ((-_EMPTY_M, _EMPTY_M, -_EMPTY_M, _EMPTY_M), empty_m, empty_m)
-    hung = [Hung(motions[0].start_ns, *loose)]
+    hung = [_Hung(motions[0].start_ns, *loose)]
     for motion in motions:
         component = site.components[motion.component]
         rigged = crane_for(site, crane, component)
@@ -147,7 +240,7 @@ def _hung_by(site: Site, crane: TowerCrane, motions: Sequence[LiftMotion]) -> tu
         off_ns = next((p.start_ns for p in motion.phases if p.name is PhaseName.RELEASE), motion.end_ns)
         raised_ns = motion.start_ns + int(motion.raising.time_ns[0])
         load = (rigged.sling_m + height_m, rigged.sling_m + height_m / 2.0)
-        hung += [Hung(raised_ns, box_m, *load), Hung(off_ns, *loose)]
+        hung += [_Hung(raised_ns, box_m, *load), _Hung(off_ns, *loose)]
     return tuple(sorted(hung, key=lambda one: one.from_ns))
 
 

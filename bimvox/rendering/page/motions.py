@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.planning.tipping import from_box_to_origin_m
+from bimvox.planning.stacks import from_box_to_origin_m
 from bimvox.records.declared import LATER, Count, Maybe, Record
 from bimvox.records.lift import Guide
 from bimvox.records.motion import LiftMotion, PhaseName

@@ -15,7 +15,7 @@ from shapely.geometry.base import BaseGeometry
 
 from bimvox.crane.outline import outline_of
 from bimvox.grid.frame import Label
-from bimvox.proof.racks import frames_of
+from bimvox.proof.storage import frames_of
 from bimvox.records.lift import Status
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.page.source import Revision

@@ -237,7 +237,7 @@ def _unknown(name: str, known: list[str]) -> SelectionError:
 
 def _voxelized(source: Path, voxel_size_m: float | None, progress: Progress) -> VoxelGrid:
     from bimvox.bim.read import read_building
-    from bimvox.library.building import say_notes
+    from bimvox.library.site import say_notes
     from bimvox.voxelization.building import voxelize_building
     from bimvox.voxelization.lattice import default_voxel_size_m
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from bimvox.errors import InputError
 from bimvox.files import check_output
-from bimvox.library.log import write_log_file
+from bimvox.library.plan_value import write_log_file
 from bimvox.library.revise import carry_out as carry_out_plan
 from bimvox.live.execution import Execution
 from bimvox.live.tracks import NamedTraffic, traffic_named

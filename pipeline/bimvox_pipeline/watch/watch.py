@@ -19,8 +19,8 @@ from bimvox.errors import BimvoxError, FileError, InputError, PolicyError
 from bimvox.files import check_output, default_output, write_atomically
 from bimvox.library.arguments import PolicyWish, constants_of, workers_of
 from bimvox.library.hand_over import is_of, may_go_to_others, with_cranes_of
-from bimvox.library.log import write_log_file
 from bimvox.library.plan import policy_of, seed_of
+from bimvox.library.plan_value import write_log_file
 from bimvox.library.prove import plan_and_prove, prepared
 from bimvox.library.site import LoadedSite, load_site
 from bimvox.library.verify import prove_plan

@@ -20,7 +20,7 @@ from bimvox.library.set_up_search.placed import Picks, PlacedSite, around_m, roo
 from bimvox.library.set_up_search.search import Search
 from bimvox.library.set_up_search.set_up import OtherYard
 from bimvox.planning.best_place import SAME_S
-from bimvox.planning.order.choose_order import travel_of
+from bimvox.planning.order.faster_order import travel_of
 from bimvox.planning.yard import allocate_yard
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import Lift

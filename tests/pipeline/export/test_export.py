@@ -8,7 +8,7 @@ from bimvox_pipeline.inspect.inspect import inspect
 from bimvox_pipeline.verify import verify
 
 from bimvox.errors import InputError, LogFileError
-from bimvox.library.log import write_log_file
+from bimvox.library.plan_value import write_log_file
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import not_lifted

@@ -15,7 +15,7 @@ from opened_pages import Opened
 from planned_sites import planned, portal_crane, portal_site
 
 from bimvox.errors import LogFileError
-from bimvox.library.log import write_log_file
+from bimvox.library.plan_value import write_log_file
 from bimvox.log.plan_log import PlanLog
 from bimvox.progress import SilentProgress
 

@@ -15,7 +15,7 @@ from bimvox_pipeline.studio.app import Studio, application
 from starlette.testclient import TestClient
 
 import bimvox
-from bimvox.proof.crane.capacity import shares_of_capacity
+from bimvox.proof.crane.axes import shares_of_capacity
 from bimvox.site.config.file import load_site_config
 from bimvox.site.lifting import hung_kg
 

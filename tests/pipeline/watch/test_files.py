@@ -28,8 +28,8 @@ from planned_frame import copy_to
 
 from bimvox.errors import FileError
 from bimvox.library.arguments import PolicyWish
-from bimvox.library.log import write_log_file
 from bimvox.library.plan import policy_of
+from bimvox.library.plan_value import write_log_file
 from bimvox.library.prove import prepared
 from bimvox.library.site import load_site
 from bimvox.log.mcap.reader import read_contents, read_file

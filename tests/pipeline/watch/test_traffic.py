@@ -16,8 +16,8 @@ from planned_frame import copy_to
 from bimvox.crane.kinematics import hook_of
 from bimvox.errors import FileError, InputError
 from bimvox.library.arguments import PolicyWish
-from bimvox.library.log import write_log_file
 from bimvox.library.plan import digests_of
+from bimvox.library.plan_value import write_log_file
 from bimvox.library.site import load_site
 from bimvox.live.tracks import TRACKS
 from bimvox.log.reader import read_log

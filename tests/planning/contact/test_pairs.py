@@ -6,8 +6,7 @@ import pytest
 from box_sites import box_site
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.planning.contact.pairs import Contacts
-from bimvox.planning.contact.triangle_object import collision_object
+from bimvox.planning.contact.pairs import Contacts, collision_object
 from bimvox.proof.bodies.overlap import overlaps_m
 from bimvox.proof.bodies.solid import solid_of
 

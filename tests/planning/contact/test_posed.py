@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from box_sites import box_mesh
 
+from bimvox.planning.contact.pairs import collision_object
 from bimvox.planning.contact.posed import ALONG, LEVEL, UP, Group, meets, meets_between, posed
-from bimvox.planning.contact.triangle_object import collision_object
 
 
 def soup(rng, count, size_m=0.1):

@@ -11,9 +11,16 @@ from box_sites import box_site, test_crane
 
 from bimvox.cranes.schedule import time_lifts
 from bimvox.planning.contact.pairs import Contacts
-from bimvox.planning.order.apart import NOTHING_APART
-from bimvox.planning.order.local_search import searched
-from bimvox.planning.order.makespan import COLUMNS, NOTHING_BESIDE, OrderTimes, course_of, makespan_s, walk
+from bimvox.planning.order.faster_order import searched
+from bimvox.planning.order.makespan import (
+    COLUMNS,
+    NOTHING_APART,
+    NOTHING_BESIDE,
+    OrderTimes,
+    course_of,
+    makespan_s,
+    walk,
+)
 from bimvox.planning.order.relations import precedence
 from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.order_search import prepare

@@ -13,11 +13,9 @@ from numpy.typing import NDArray
 from bimvox.bim.read import read_building
 from bimvox.library.site import LoadedSite, guess_site, load_site
 from bimvox.planning.contact.pairs import Contacts
-from bimvox.planning.order.choose_order import order_and_yard
-from bimvox.planning.order.graph import order_graph
-from bimvox.planning.order.relations import precedence
-from bimvox.planning.order.sequence import ErectionSequence, Sequencer
-from bimvox.planning.order.stages import stages
+from bimvox.planning.order.faster_order import order_and_yard
+from bimvox.planning.order.relations import order_graph, precedence
+from bimvox.planning.order.sequence import ErectionSequence, Sequencer, stages
 from bimvox.site.component import OrderHints
 from bimvox.site.site import Site
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.freeze_suite import frozen_text
 from bimvox.errors import PolicyError
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.policy.generalist.problems import LEAST_MOVES, occupancy_of
@@ -17,7 +18,6 @@ from bimvox.policy.generalist.suite import (
     digest_of,
     frozen_digests,
     frozen_problem,
-    frozen_text,
     problem_sets,
     set_digest,
 )

@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.train_generalist import lesson, lessons
 from bimvox.env.problem import UNREACHABLE, is_learnable
 from bimvox.planning.search import shortest_path
 from bimvox.policy.generalist.problems import (
@@ -10,15 +11,12 @@ from bimvox.policy.generalist.problems import (
     HELD_OUT_DOMAIN,
     LESSON_DOMAIN,
     VALIDATION_DOMAIN,
-    lesson,
-    lessons,
     occupancy_of,
     random_problem,
     with_boxes,
 )
-from bimvox.policy.generalist.stages import BuildingStage, building_lifts, load_stages, save_stages
 from bimvox.policy.generalist.suite import held_out, unsolvable, wide_trap
-from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace, placement_is_free
+from bimvox.site.collision import HOOK_FORBIDDEN, placement_is_free
 
 SMALL, LARGE = (15, 15, 6), (40, 30, 14)
 
@@ -78,28 +76,3 @@ def test_added_boxes_stand_and_the_hook_keeps_above_them():
     assert after.sum() > before.sum()
     tops = np.where((after & ~before).any(axis=2), after.shape[2] - np.argmax((after & ~before)[:, :, ::-1], axis=2), 0)
     assert (boxed.hook_floor >= tops).all()
-
-
-def test_stages_of_buildings_come_back_as_they_were(tmp_path):
-    problem, other = random_problem((9, 2), "frames", SMALL, LARGE), random_problem((9, 3), "boxes", SMALL, LARGE)
-    cleared = {"cleared_low": np.array([1, 2, 0], np.int32), "cleared": np.ones((1, 2, 3), np.bool_)}
-    ceiling = np.full(problem.space.hook_floor.shape, 9, np.int32)
-    spaces = [problem.space._replace(**cleared, hook_ceiling=ceiling), other.space]
-    stages = [
-        BuildingStage(space, one.start_vox, one.target_vox, one.starts_vox)
-        for space, one in zip(spaces, (problem, other), strict=True)
-    ]
-    save_stages(tmp_path / "stages.npz", stages)
-    loaded = load_stages(tmp_path / "stages.npz")
-    assert len(loaded) == 2
-    for before, after in zip(stages, loaded, strict=True):
-        assert (after.start_vox, after.gate_vox) == (before.start_vox, before.gate_vox)
-        np.testing.assert_array_equal(after.yard_vox, before.yard_vox)
-        np.testing.assert_array_equal(occupancy_of(after.space), occupancy_of(before.space))
-        for name in CollisionSpace._fields[1:]:
-            np.testing.assert_array_equal(getattr(after.space, name), getattr(before.space, name))
-    (second,) = load_stages(tmp_path / "stages.npz", 1)
-    assert second.start_vox == other.start_vox
-    lifts = building_lifts([second], count=3, domain=9, starts=4)
-    assert 1 <= len(lifts) <= 3
-    assert all(is_learnable(lift) for lift in lifts)

@@ -6,11 +6,12 @@ import sys
 import numpy as np
 import pytest
 
+from benchmarks.train_generalist import save_generalist
 from bimvox.env.problem import lift_problem
 from bimvox.errors import PolicyError
 from bimvox.planning.rollout import roll_out_all
 from bimvox.policy.generalist.problems import FAMILIES, random_problem
-from bimvox.policy.generalist.weights import FOLDER, generalist_record, load_generalist, save_generalist
+from bimvox.policy.generalist.weights import FOLDER, generalist_record, load_generalist
 from bimvox.policy.network import QNetwork
 
 

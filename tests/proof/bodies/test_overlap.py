@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.proof.bodies.overlap import overlaps_m
-from bimvox.proof.bodies.solid import FINEST_M, solid_of
-from bimvox.proof.bodies.solid_queries import is_inside
+from bimvox.proof.bodies.solid import FINEST_M, is_inside, solid_of
 
 TOLERANCE_M = 0.010
 CUBE = ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))

@@ -1,12 +1,12 @@
 import fcl
 import numpy as np
 import pytest
-from box_sites import box_site
+from box_sites import box_mesh, box_site
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.proof.bodies import triangles as triangle_check
-from bimvox.proof.bodies.triangles import TriangleCheck
-from bimvox.records.lift import LiftPlan, ModelledClash
+from bimvox.proof.bodies.triangles import TriangleCheck, boxes_along
+from bimvox.records.lift import Guide, LiftPlan, ModelledClash
 from bimvox.records.proof import Check
 
 PARTS = [
@@ -85,3 +85,13 @@ def test_a_rope_may_touch_the_top_of_the_part_that_it_hangs_from():
     flush = np.array([0.0, 0.0, top_m - foot_m])
     assert triangles.rope_is_clear(beam, flush, 0)
     assert not triangles.rope_is_clear(beam, flush - (0.0, 0.0, 0.001), 0)
+
+
+def test_the_box_of_a_pose_holds_the_part_in_it_and_is_no_larger_than_it_must_be():
+    mesh = box_mesh((1.0, 2.0, 3.0), (6.0, 3.0, 3.2))
+    guide = Guide(0.4, (3.5, 2.5, 3.1), ((2.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    poses = np.random.default_rng(1).uniform((0.0, -0.3, -0.2), (2.0, 0.3, 0.2), (50, 3))
+    for (low, high), pose in zip(boxes_along(guide, mesh, poses), poses.tolist(), strict=True):
+        moved = guide.moved(mesh.vertices_m, tuple(pose))
+        assert np.allclose(low, moved.min(axis=0))
+        assert np.allclose(high, moved.max(axis=0))

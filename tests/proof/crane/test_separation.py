@@ -24,10 +24,9 @@ from bimvox.crane.conflict import (
     joined,
 )
 from bimvox.crane.outline import outline_of
-from bimvox.cranes.track import REACTION_S, approach_track, carrying_track
+from bimvox.cranes.lift import REACTION_S, approach_track, carrying_track
 from bimvox.proof.crane.distance import least_distances, stopping_swing
-from bimvox.proof.crane.separation import _shape, check_cranes
-from bimvox.proof.crane.turns import check_turns
+from bimvox.proof.crane.separation import _shape, check_cranes, check_turns
 from bimvox.records.motion import PhaseName
 from bimvox.records.proof import Check
 from bimvox.stop.brake_axes import brake, braking_distances, state_at

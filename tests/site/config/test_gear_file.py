@@ -1,3 +1,4 @@
+import math
 import re
 from importlib import resources
 from pathlib import Path
@@ -30,6 +31,10 @@ def test_the_chain_of_the_catalogue_has_the_limits_of_its_standard():
     (chain,) = (family for family in gear_catalogue() if family.kind is GearKind.CHAIN_SLING)
     limits = {size.name: size.wll_kg for size in chain.sizes}
     assert (limits["8 mm"], limits["13 mm"], limits["32 mm"]) == (2000.0, 5300.0, 31_500.0)  # EN 818-4
+    assert [limits[f"{mm} mm"] for mm in (36, 40, 45)] == [40_000.0, 50_000.0, 63_000.0]
+    for name, limit_kg in limits.items():  # EN 818-2: 200 N/mm2 in both sides of a link, rounded down
+        at_stress_kg = math.pi / 2.0 * float(name.removesuffix(" mm")) ** 2 * 200.0 / 9.81
+        assert 0.94 * at_stress_kg < limit_kg <= at_stress_kg, name
     assert all(size.mass_kg > 0.0 and size.leg_kg > 0.0 and size.kg_per_m > 0.0 for size in chain.sizes)
 
 

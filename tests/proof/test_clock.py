@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bimvox.proof.phase_names import check_phase_names
+from bimvox.proof.clock import check_phase_names
 from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
 from bimvox.records.proof import Check
 

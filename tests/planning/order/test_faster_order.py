@@ -8,7 +8,7 @@ from box_sites import box_site, test_crane
 from bimvox.crane.tower_crane import CranePose
 from bimvox.crane.travel import Travel, point_to_point_s
 from bimvox.planning.contact.pairs import Contacts
-from bimvox.planning.order.choose_order import order_and_yard, travel_s
+from bimvox.planning.order.faster_order import order_and_yard, travel_s
 from bimvox.planning.order.relations import precedence
 from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.order_search import prepare

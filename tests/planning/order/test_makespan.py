@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import tracemalloc
 
 import numpy as np
 import pytest
+from named_cranes import default_crane
 from two_cranes import two_crane_site
 
+from bimvox.crane.travel import Travel
 from bimvox.cranes.schedule import time_lifts
-from bimvox.planning.order.apart import Apart, waits_s
-from bimvox.planning.order.choose_order import travel_of
-from bimvox.planning.order.faster_order import FasterOrder
-from bimvox.planning.order.makespan import OrderTimes, makespan_s
+from bimvox.planning.order.faster_order import FasterOrder, travel_of
+from bimvox.planning.order.makespan import Apart, OrderTimes, makespan_s, waits_s, whole_seconds
 from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
@@ -68,3 +69,17 @@ def test_orders_are_ranked_as_by_their_schedules() -> None:
     near, ignored = (float(np.corrcoef(*pair)[0, 1]) for pair in ranks)
     assert near > 0.8
     assert near >= ignored
+
+
+def test_travel_times_of_all_pairs_need_little_more_memory_than_they_have() -> None:
+    travel = Travel(default_crane("hammerhead-75", (0.0, 0.0, 0.0), 40.0), 100.0)
+    points_m = np.random.default_rng(0).uniform((5.0, -40.0, 0.0), (40.0, 40.0, 30.0), (2, 700, 3))
+    start, end = (travel.axes_of(points) for points in points_m)
+    tracemalloc.start()
+    found = whole_seconds(travel, start, end)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    alone = [travel.between_s((start[0][i], start[1][i], start[2][i]), end) for i in range(700)]
+    assert np.array_equal(found, np.round(alone))
+    assert found.max() > found.min() > 0.0
+    assert peak < 2.5 * found.nbytes

@@ -9,7 +9,7 @@ from box_sites import box_site
 
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.proof.stands import check_stands
+from bimvox.proof.support import check_stands
 from bimvox.records.lift import Lift
 from bimvox.records.proof import Check
 

@@ -9,11 +9,10 @@ from crane_rooms import crane_room, load_is_clear
 from bimvox.crane.kinematics import nearest_turn
 from bimvox.crane.tower_crane import CranePose
 from bimvox.grid.summed_area import summed_area_table
-from bimvox.motion import around as module
-from bimvox.motion.around import around
+from bimvox.motion import shortcut as module
 from bimvox.motion.drive import drive_path
 from bimvox.motion.move import Move
-from bimvox.motion.shortcut import move_is_free, over_the_top, stops_across
+from bimvox.motion.shortcut import around, move_is_free, over_the_top, stops_across
 from bimvox.motion.swept import axes_of_cells, cells_of_axes, line_is_free
 
 

@@ -7,7 +7,7 @@ import dataclasses
 from slab_yards import slab_site
 
 from bimvox.crane.gear import Rig
-from bimvox.planning.refusal import carried_where
+from bimvox.planning.stage import carried_where
 from bimvox.site.component import Component, Lifting
 from bimvox.units import mass_text
 

@@ -4,7 +4,7 @@ import numpy as np
 from two_cranes import two_crane_site
 
 from bimvox.crane.conflict import SPAN_NS
-from bimvox.cranes.track import approach_track, standing_track
+from bimvox.cranes.lift import approach_track, standing_track
 from bimvox.records.motion import Trajectory
 
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bimvox.crane.tower_crane import AxisLimits
-from bimvox.proof.crane.braking import braked, braking_time_s
+from bimvox.proof.crane.way import braked, braking_time_s
 from bimvox.stop.brake_axes import brake
 
 LIMITS = AxisLimits(rate=1.0, acceleration=0.3, jerk=0.5)

@@ -10,7 +10,7 @@ from box_sites import box_cells
 from planned_sites import failures, planned
 from turning_sites import BESIDE_THE_PORTAL, turning_site
 
-from bimvox.proof.heading import cells_at_any_heading
+from bimvox.proof.guided import cells_at_any_heading
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import LiftPlan

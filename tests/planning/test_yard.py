@@ -10,7 +10,7 @@ from slab_yards import slab_site
 
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.truckload import Truckload, fit_trucks
+from bimvox.planning.yard import Truckload, fit_trucks
 from bimvox.proof.plan import verify_plan
 from bimvox.proof.storage import _has_room
 from bimvox.records.lift import LiftPlan
