@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from typing import NamedTuple
 
 import gymnasium
@@ -110,7 +111,36 @@ class _BatchStep(NamedTuple):
         return self.terminated | self.truncated
 
 
-class BatchedLiftEnv:
+class Rows:
+    """N environments in arrays, whose rows threads share.
+
+    Each has its own random generator, so results do not depend on the number of threads.
+
+    Args:
+        count: N.
+        threads: Number of threads.
+    """
+
+    def __init__(self, count: int, threads: int) -> None:
+        self.count = count
+        self.threads = threads
+        self._executor = ThreadPoolExecutor(threads - 1) if threads > 1 else None
+
+    def share(self, work: Callable[[int, int], int | None]) -> int:
+        """Call ``work`` with each thread's range of the rows, and return the sum of what it returns."""
+        bounds = [self.count * t // self.threads for t in range(self.threads + 1)]
+        (first, *others) = pairwise(bounds)
+        running = [self._executor.submit(work, *other) for other in others] if self._executor else []
+        return (work(*first) or 0) + sum(other.result() or 0 for other in running)
+
+    def close(self) -> None:
+        """End the threads."""
+        if self._executor is not None:
+            self._executor.shutdown()
+            self._executor = None
+
+
+class BatchedLiftEnv(Rows):
     """N lifts over a pool of problems.
 
     Args:
@@ -146,14 +176,12 @@ class BatchedLiftEnv:
     ) -> None:
         if not all(is_learnable(problem) for problem in problems):
             raise ValueError("a problem has no distance field, or no start from which its target can be reached")
-        self.count = lifts
+        super().__init__(lifts, threads)
         self.problems = len(problems)
         self.ended_problem = np.zeros(lifts, np.int64)
         self.pool = pool_of(problems, with_distances=True)
         chances = np.full(len(problems), 1.0 / len(problems)).cumsum()
         self._rules = _Rules(chances, mix, limit, named("reward", reward_name, REWARDS), teacher_discount)
-        self._threads = threads
-        self._executor = ThreadPoolExecutor(threads) if threads > 1 else None
         self.state = _Lifts(
             np.zeros(lifts, np.int64),
             np.zeros((lifts, 3), np.int64),
@@ -194,10 +222,7 @@ class BatchedLiftEnv:
         """Begin N new episodes and return their (N, VIEW_SIZE) float32 observations."""
         observations = self._turns[0].observations
 
-        def begin(first: int, last: int) -> None:
-            _begin_all(self.pool, self._rules, self.state, first, last, observations)
-
-        self._side_by_side(begin)
+        self.share(lambda first, last: _begin_all(self.pool, self._rules, self.state, first, last, observations))
         return observations
 
     def place(self, lift: int, problem: int, cell_vox: ArrayLike) -> None:
@@ -219,10 +244,7 @@ class BatchedLiftEnv:
         out = self._turns[0]
         self.ended_problem[:] = self.state.problem
 
-        def step(first: int, last: int) -> None:
-            _step_all(self.pool, self._rules, self.state, chosen, first, last, out)
-
-        self._side_by_side(step)
+        self.share(lambda first, last: _step_all(self.pool, self._rules, self.state, chosen, first, last, out))
         return out
 
     def chosen_actions(self, values: NDArray[np.float32]) -> NDArray[np.int64]:
@@ -231,21 +253,8 @@ class BatchedLiftEnv:
         Its memory is the last ``MEMORY`` cells of each lift. A lift that cannot move gets action 0.
         """
         actions = np.zeros(self.count, np.int64)
-        self._side_by_side(lambda first, last: _guard_all(self.pool, self.state, values, first, last, actions))
+        self.share(lambda first, last: _guard_all(self.pool, self.state, values, first, last, actions))
         return actions
-
-    def close(self) -> None:
-        """End the threads."""
-        if self._executor is not None:
-            self._executor.shutdown()
-
-    def _side_by_side(self, work: Callable[[int, int], None]) -> None:
-        """Call ``work`` for ranges of lifts, on all threads."""
-        if self._executor is None:
-            work(0, self.count)
-            return
-        bounds = np.linspace(0, self.count, 4 * self._threads + 1).astype(int).tolist()
-        list(self._executor.map(work, bounds[:-1], bounds[1:]))
 
 
 @leaf_kernel

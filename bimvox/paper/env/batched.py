@@ -6,9 +6,7 @@ site has its own random generator, so its episodes depend neither on the number 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.env.actions import ACTION_COUNT, MOVES, checked_actions, named
+from bimvox.env.batched import Rows
 from bimvox.env.pool import random_below
 from bimvox.paper.env.dynamics import (
     PAPER_REWARDS,
@@ -206,7 +205,7 @@ def _greedy_rows(arrays: SiteState, states: NDArray[np.int64]) -> NDArray[np.int
 _ROWS_PER_THREAD = 256
 
 
-class BatchedPaperSite:
+class BatchedPaperSite(Rows):
     """N sites of one description.
 
     Args:
@@ -238,7 +237,8 @@ class BatchedPaperSite:
         if layouts is not None and not layouts:
             raise ValueError("layouts: an empty list leaves nothing to draw episodes from")
         self.spec = spec.in_building_order()
-        self.count = sites
+        threads = processors() if threads is None else threads
+        super().__init__(sites, max(1, min(threads, -(-sites // _ROWS_PER_THREAD))))
         self.observation = observation
         self.observation_space = observation_space(self.spec, observation)
         scheme = named("reward", reward, PAPER_REWARDS)
@@ -252,9 +252,6 @@ class BatchedPaperSite:
             np.zeros((sites, STATE_SIZE), np.int64),
         )
         self._turns = [self._room() for _ in range(2)]
-        threads = processors() if threads is None else threads
-        self.threads = max(1, min(threads, -(-sites // _ROWS_PER_THREAD)))
-        self._executor = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
         self.seed(seed)
 
     @property
@@ -278,7 +275,7 @@ class BatchedPaperSite:
             PlanningError: The yard has no room, or a component has no path to its target.
         """
         step, flat = self._turns[0]
-        if self._shares(lambda first, last: int(_begin_rows(self._batch, self._sites, flat, first, last))):
+        if self.share(lambda first, last: int(_begin_rows(self._batch, self._sites, flat, first, last))):
             raise no_layout(self.spec)
         return step.observations
 
@@ -307,7 +304,7 @@ class BatchedPaperSite:
         chosen = checked_actions(actions, self.count)
         self._turns.reverse()
         step, flat = self._turns[0]
-        if self._shares(lambda first, last: int(_step_rows(self._batch, self._sites, flat, first, last, chosen))):
+        if self.share(lambda first, last: int(_step_rows(self._batch, self._sites, flat, first, last, chosen))):
             raise no_layout(self.spec)
         return step
 
@@ -342,12 +339,6 @@ class BatchedPaperSite:
             raise ValueError("this batch is without the distance field; call keep_distance_field() before reset()")
         return _greedy_rows(self._sites.arrays, self.states)
 
-    def close(self) -> None:
-        """End the threads."""
-        if self._executor is not None:
-            self._executor.shutdown()
-            self._executor = None
-
     def _room(self) -> tuple[PaperStep, PaperStep]:
         """Return arrays for a step, shaped as they are handed out, and flat as kernels write them."""
         size = int(np.prod(self.observation_space.shape))
@@ -372,10 +363,3 @@ class BatchedPaperSite:
 
     def _site(self, site: int) -> SiteState:
         return SiteState(*(array[site] for array in self._sites.arrays))
-
-    def _shares(self, work: Callable[[int, int], int]) -> int:
-        """Run ``work`` on each thread's share of the rows, and return the sum of the results."""
-        bounds = [self.count * t // self.threads for t in range(self.threads + 1)]
-        pairs = list(pairwise(bounds))
-        others = [self._executor.submit(work, *pair) for pair in pairs[1:]] if self._executor else []
-        return work(*pairs[0]) + sum(other.result() for other in others)
