@@ -23,6 +23,7 @@ from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
 from bimvox.site.default_rules import ALL_KEPT
 from bimvox.site.governing_wind import needs_less_wind
 from bimvox.site.ground import WORKING_SPACE_M
+from bimvox.site.means import Means, is_way_assumed
 from bimvox.site.part_names import names_by_id, with_names
 from bimvox.site.site import HeadingRule, Site, SwingRule
 from bimvox.site.work import work_of
@@ -208,13 +209,17 @@ def assumptions(subject: Subject) -> Iterator[Remark]:
 
 
 def _kinds(subject: Subject) -> Iterator[Remark]:
-    """Yield a note about the parts of which the model does not say what they are: what is assumed, and by what."""
+    """Yield a note about the parts of which the model does not say what they are, or that the crane lifts them."""
     reasons = Counter(
         (part.judgement.kind, part.judgement.why)
         for part in subject.site.components
         if part.judgement.confidence is Confidence.ASSUMED and part.stated_means is None
     )
+    lifted = sum(part.means is Means.CRANE and is_way_assumed(part) for part in subject.site.components)
+    of = f"of {len(subject.site.components):,} parts"
+    way = f"that {lifted:,} {of} come by crane is an assumption: concrete that is not said to be precast"
     if not reasons:
+        yield from [_note(ASSUMED_KIND, way)] * bool(lifted)
         return
     said = [
         f"{count:,} {'of unknown kind' if kind is Kind.OTHER else f'taken as {kind.value}'} ({why})"
@@ -223,8 +228,9 @@ def _kinds(subject: Subject) -> Iterator[Remark]:
     rest = reasons.total() - sum(count for _, count in reasons.most_common(_MOST_REASONS))
     yield _note(
         ASSUMED_KIND,
-        f"what {reasons.total():,} of {len(subject.site.components):,} parts are is an assumption: "
-        + enumerated([*said, f"{rest:,} others"] if rest else said),
+        f"what {reasons.total():,} {of} are is an assumption: "
+        + enumerated([*said, f"{rest:,} others"] if rest else said)
+        + f"; {way}" * bool(lifted),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,8 @@ from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.bim.type_name import type_of, without_number
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.guess import means_on_site, placed_on_site
-from bimvox.site.means import Reasoned
+from bimvox.site.means import WAY_ASSUMED, Means, Reasoned, is_way_assumed
+from bimvox.site.parts import entries_by_id
 
 OUT, PINNED = "out", "pinned"
 """The ways of what is not part of the plan, and of what stands before the first lift."""
@@ -53,6 +54,7 @@ class KindRow:
             but of a type of several kinds or materials it names the parts, if they are few: a query for a material
             finds whatever has a layer of it.
         selects: How many parts it selects; more than ``count`` if other rows have the same type.
+        is_way_assumed: Whether nothing says that they are lifted, although they are.
     """
 
     ifc_class: str
@@ -66,11 +68,17 @@ class KindRow:
     confidence: Confidence
     select: str
     selects: int
+    is_way_assumed: bool = False
+
+    @property
+    def is_kind_assumed(self) -> bool:
+        """Whether they are part of the plan, and what they are is an assumption."""
+        return self.confidence is Confidence.ASSUMED and self.means not in (OUT, PINNED)
 
     @property
     def is_doubtful(self) -> bool:
-        """Whether they are part of the plan, and what they are is an assumption."""
-        return self.confidence is Confidence.ASSUMED and self.means not in (OUT, PINNED)
+        """Whether their kind or their way is an assumption."""
+        return self.is_kind_assumed or self.is_way_assumed
 
     @property
     def name(self) -> str:
@@ -90,6 +98,7 @@ class KindRow:
             "kind_from": self.why,
             "confidence": self.confidence.value,
             "doubtful": self.is_doubtful,
+            "assumed": [*["kind"] * self.is_kind_assumed, *["way"] * self.is_way_assumed],
             "select": self.select,
             "selects": self.selects,
         }
@@ -103,10 +112,14 @@ def kind_rows(config: SiteConfig, building: Building) -> tuple[KindRow, ...]:
         building: As read, before it is placed on the site.
     """
     means: Mapping[str, Reasoned] = {}
+    said: set[str] = set()
     if any(element.role in BUILT for element in building.elements):
         placed = placed_on_site(config, building)
         means = means_on_site(config, placed)
         building = placed
+        is_selected = config.model.select is not None  # a person says what is lifted
+        entries = entries_by_id(config, placed.elements)
+        said = {name for name, entry in entries.items() if entry.means is not None} | set(means if is_selected else ())
     in_plan = {plain_class(element.ifc_class) for element in building.elements if element.role in BUILT}
     kinds = {
         plain_class(one.ifc_class): one.judgement.kind for one in sorted(building.elements, key=lambda one: one.mass_kg)
@@ -131,7 +144,7 @@ def kind_rows(config: SiteConfig, building: Building) -> tuple[KindRow, ...]:
             ids = [element.global_id for element in groups[key]]
             by_type = is_one or key[0] == MESH or len(ids) > _MOST_IDS
             selects[key] = (query, len(every)) if by_type else (" + ".join(ids), len(ids))
-    rows = [_row(key, own, means, *selects[key]) for key, own in groups.items()]
+    rows = [_row(key, own, means, said, *selects[key]) for key, own in groups.items()]
     total_kg = {key: sum(one.mass_kg for one in own) for key, own in groups.items()}
     ranked = sorted(zip(rows, total_kg.values(), strict=True), key=lambda one: (*_rank(one[0]), -one[1], one[0].name))
     return tuple(row for row, _ in ranked)
@@ -141,6 +154,7 @@ def _row(
     key: _Key,
     elements: Sequence[Element],
     means: Mapping[str, Reasoned],
+    said: Collection[str],
     select: str,
     selects: int,
 ) -> KindRow:
@@ -148,9 +162,11 @@ def _row(
     element = max(elements, key=lambda one: (sure.index(_confidence(one)), one.mass_kg))
     judgement = element.judgement
     reasons = ["not part of the building" if _is_temporary(element) else _ROLES[element.role][1]]
+    is_crane = key[-1] == Means.CRANE.value
+    is_assumed = is_crane and any(is_way_assumed(one) and one.id not in said for one in elements)
     if element.id in means:
         heaviest = max(elements, key=lambda one: one.mass_kg)
-        reasons = [judgement.why, means[heaviest.id].why]
+        reasons = [judgement.why, WAY_ASSUMED if is_assumed else means[heaviest.id].why]
         if element.stated_means is not None:
             reasons = [SITE_FILE_SAYS]
     masses_kg = [one.mass_kg for one in elements if key[-1] != OUT or _is_weighed(one)]
@@ -162,6 +178,7 @@ def _row(
         confidence=_confidence(element),
         select=select,
         selects=selects,
+        is_way_assumed=is_assumed,
     )
 
 

@@ -60,6 +60,7 @@ class Reasoned(NamedTuple):
 
 
 LIFTED = Reasoned(Means.CRANE)
+WAY_ASSUMED = "nothing says that it is precast: that it comes by crane is an assumption"
 HOW = {Means.IN_SITU: "cast in place", Means.BUILT: "built in place", Means.BY_HAND: "set by hand"}
 """What a part is that the crane does not lift."""
 SAY_WHAT = (
@@ -193,6 +194,11 @@ def may_be_cast(element: Element, limits: MeansConfig) -> bool:
     is_floor = work_of(element) in (Work.SLAB, Work.FOOTING)
     is_said = judgement.confidence is Confidence.STATED or judgement.kind is Kind.OTHER  # a machine
     return not is_said and is_floor and sizes_m(element.mesh)[1] > limits.widest_m
+
+
+def is_way_assumed(part: Element | Component) -> bool:
+    """Return whether nothing says that a part comes by crane, if it does: concrete that is not said to be precast."""
+    return part.judgement.kind is Kind.CONCRETE and part.casting is None and part.stated_means is None
 
 
 def beyond_road(element: Element, limits: MeansConfig) -> str | None:

@@ -115,7 +115,8 @@ def show_kinds(console: Console, kinds: Sequence[Mapping[str, Any]]) -> None:
     unsure = sum(row["count"] for row in kinds if row["doubtful"])
     title = f"what the parts are: {len(kinds):,} type{'s' * (len(kinds) != 1)}"
     if unsure:
-        title += f", the kind of {unsure:,} part{'s' * (unsure != 1)} is an assumption: look at these first"
+        what = " or ".join(one for one in ("kind", "way") if any(one in row["assumed"] for row in kinds))
+        title += f", the {what} of {unsure:,} part{'s' * (unsure != 1)} is an assumption: look at these first"
     materials: dict[tuple[str, str], set[str]] = {}
     for row in kinds:
         materials.setdefault((row["ifc_class"], row["type"]), set()).add(row["material"])
@@ -130,7 +131,7 @@ def show_kinds(console: Console, kinds: Sequence[Mapping[str, Any]]) -> None:
                 _kind(row),
                 _WAYS[row["means"]],
                 _tonnes(row["mass_kg"]),
-                "ASSUMED" if row["doubtful"] else None if row["means"] in _NOT_IN_PLAN else row["confidence"],
+                _known_by(row),
                 cut(row["kind_from"], max(_WHY, console.width - _NAME - _OTHERS)),
             )
             for row in kinds[:ROWS_SHOWN]
@@ -153,6 +154,12 @@ def _name(row: Mapping[str, Any], *, several: bool) -> str:
     if several and row["material"]:
         return f"{cut(name, _NAME - 20)}, {cut(row['material'], 18)}"
     return cut(name, _NAME)
+
+
+def _known_by(row: Mapping[str, Any]) -> str | None:
+    if row["doubtful"]:
+        return "ASSUMED" if "kind" in row["assumed"] else "WAY ASSUMED"
+    return None if row["means"] in _NOT_IN_PLAN else str(row["confidence"])
 
 
 def _kind(row: Mapping[str, Any]) -> str | None:

@@ -20,6 +20,7 @@ def row(number=0, **changed):
         "kind_from": "its material 'Concrete' says concrete",
         "confidence": "named",
         "doubtful": False,
+        "assumed": [],
     } | changed
 
 
@@ -37,11 +38,27 @@ def test_a_row_says_what_kind_way_mass_and_why():
 
 
 def test_doubtful_rows_are_counted_by_parts_and_marked():
-    unsure = row(1, kind="other", doubtful=True, confidence="assumed", kind_from="nothing says what it is made of")
+    unsure = row(
+        1,
+        kind="other",
+        doubtful=True,
+        assumed=["kind"],
+        confidence="assumed",
+        kind_from="nothing says what it is made of",
+    )
     title, _, first, _ = shown(unsure, row())
     assert title == "what the parts are: 2 types, the kind of 2 parts is an assumption: look at these first"
     assert "ASSUMED" in first
     assert "unknown" in first
+
+
+def test_rows_whose_way_is_assumed_are_counted_and_marked_too():
+    cast_or_not = row(1, doubtful=True, assumed=["way"])
+    title, _, first, _ = shown(cast_or_not, row())
+    assert title == "what the parts are: 2 types, the way of 2 parts is an assumption: look at these first"
+    assert "WAY ASSUMED" in first
+    unsure = row(2, kind="other", doubtful=True, assumed=["kind"], confidence="assumed")
+    assert "the kind or way of 4 parts is an assumption" in shown(unsure, cast_or_not, row())[0]
 
 
 def test_of_a_long_table_the_rest_is_counted():

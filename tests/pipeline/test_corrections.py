@@ -101,7 +101,7 @@ def test_a_table_goes_out_is_corrected_and_comes_in(site_folder: Path) -> None:
     assert not proof(site_folder, site=site)["verified"]
     rows = inspect(site, TOLD)["kinds"]
     assert {row["kind"] for row in rows if row["ifc_class"] == "IfcBeam"} == {"timber"}
-    assert not any(row["doubtful"] for row in rows)
+    assert not any("kind" in row["assumed"] for row in rows)
 
 
 def test_init_takes_a_corrected_table(site_folder: Path) -> None:

@@ -10,6 +10,8 @@ from box_buildings import rasterise_boxes
 from box_sites import test_crane as crane_at
 from remarked_plans import of_kind, plan_of
 
+from bimvox.bim.building import Casting as HowCast
+from bimvox.bim.kinds.kind import UNKNOWN, Confidence, Judgement, Kind
 from bimvox.records.lift import LiftPlan
 from bimvox.records.proof import Severity, are_clean
 from bimvox.remarks.remarks import remarks_of
@@ -91,6 +93,22 @@ def test_assumptions_are_notes() -> None:
     assert "swings" in notes["assumed_swing"]
     assert notes["plan_note"] == "part: comes before its storey"
     assert "assumed_ground" in notes
+
+
+def test_that_concrete_of_unknown_make_is_lifted_is_an_assumption() -> None:
+    def said(*parts: dict[str, Any]) -> str:
+        boxes = [(f"p{n}", (2.0 + n, 2.0, 0.0), (3.0 + n, 3.0, 3.0), one) for n, one in enumerate(parts)]
+        found = of_kind(plan_of(boxes), "assumed_kind")
+        return found[0].text if found else ""
+
+    named = {"judgement": Judgement(Kind.CONCRETE, Confidence.NAMED, "a material")}
+    precast = named | {"casting": HowCast.PRECAST}
+    way = "come by crane is an assumption: concrete that is not said to be precast"
+    assert said(named, precast) == f"that 1 of 2 parts {way}"
+    assert said(precast) == said(named | {"means": Means.IN_SITU}) == said(named | {"stated_means": Means.CRANE}) == ""
+    both = said(named, {"judgement": UNKNOWN})
+    assert both.startswith("what 1 of 2 parts are is an assumption: 1 of unknown kind")
+    assert both.endswith(f"; that 1 of 2 parts {way}")
 
 
 def test_remarks_are_ordered_by_severity() -> None:

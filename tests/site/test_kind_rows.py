@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
+import pytest
 from box_buildings import box_element
 
-from bimvox.bim.building import Building, Role, Source
+from bimvox.bim.building import Building, Casting, Role, Source
 from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
 from bimvox.site.config.site_config import ComponentConfig, ModelConfig, SiteConfig
 from bimvox.site.kind_rows import kind_rows
@@ -43,6 +44,7 @@ def test_parts_of_the_same_type_are_one_row_with_its_masses_and_its_query():
             "kind_from": "its material 'Brick' says masonry",
             "confidence": "named",
             "doubtful": False,
+            "assumed": [],
             "select": 'IfcWall, type="Brick 100"',
             "selects": 2,
         }
@@ -148,3 +150,34 @@ def test_formwork_is_not_installed_after_the_lifts():
     formwork = Judgement(Kind.FORMWORK, Confidence.NAMED, "'bekisting' in its name says formwork or temporary works")
     (row,) = rows_of(part("bekisting", judgement=formwork, role=Role.FITTING))
     assert (row.means, row.why) == ("out", "not part of the building")
+
+
+NAMED = Judgement(Kind.CONCRETE, Confidence.NAMED, "its material 'C30/37' says concrete")
+
+
+@pytest.mark.parametrize("ifc_class", ["IfcWall", "IfcColumn", "IfcStair"])
+def test_that_concrete_of_unknown_make_comes_by_crane_is_an_assumption(ifc_class):
+    (row,) = rows_of(part("a", ifc_class, judgement=NAMED))
+    assert (row.means, row.confidence, row.is_doubtful) == ("crane", Confidence.NAMED, True)
+    assert row.to_dict()["assumed"] == ["way"]
+    assert row.why == f"{NAMED.why}; nothing says that it is precast: that it comes by crane is an assumption"
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        {"casting": Casting.PRECAST},
+        {"stated_means": "crane"},
+        {"judgement": Judgement(Kind.STEEL, Confidence.NAMED, "its material 'S355' says steel")},
+    ],
+    ids=["precast", "by its type", "steel"],
+)
+def test_the_way_of_what_is_said_to_be_lifted_is_no_assumption(said):
+    (row,) = rows_of(part("a", **({"judgement": NAMED} | said)))
+    assert (row.means, row.is_doubtful) == ("crane", False)
+
+
+def test_the_way_of_a_part_that_the_site_file_lifts_is_no_assumption():
+    entries = (ComponentConfig(global_id="a", means="crane"),)
+    found = rows_of(*(part(name, judgement=NAMED) for name in "ab"), entries=entries)
+    assert {(row.type_name, row.is_doubtful) for row in found} == {("a", False), ("b", True)}

@@ -156,7 +156,7 @@ def _kind_line(row: KindRow) -> str:
         values.append(f"means = {_value(row.means)}")
     masses_t = [f"{kg / 1000.0:.2g}" if kg < 995.0 else f"{kg / 1000.0:.1f}" for kg in row.mass_kg or ()]
     mass = f", {' to '.join(dict.fromkeys(masses_t))} t" if masses_t else ""
-    unsure = "ASSUMED, " if row.is_doubtful else ""
+    unsure = "ASSUMED, " if row.is_kind_assumed else "WAY ASSUMED, " if row.is_way_assumed else ""
     others = f" (the line selects {row.selects - row.count:,} more)" if row.selects > row.count else ""
     said = f"{unsure}{row.count:,} part{'s' * (row.count != 1)}{others}{mass}: {row.why}"
     return f"{{ {', '.join(values)} }},  # {_one_line(said)}"

@@ -253,7 +253,7 @@ def write_kind_file(
     body = [
         (*_said(said, row["select"]), row["count"], *(row[key] for key in _COLUMNS), *map(round, row["mass_kg"] or ()),
          *("",) * (0 if row["mass_kg"] else 2),
-         row["confidence"], row["kind_from"], row["select"])
+         "way assumed" if row["assumed"] == ["way"] else row["confidence"], row["kind_from"], row["select"])
         for row in rows
     ]  # fmt: skip
     shown = {row["select"] for row in rows}
