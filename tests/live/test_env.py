@@ -11,7 +11,7 @@ from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
 from benchmarks.live_deciders import Oracle
 from bimvox.env.gym import LIVE_ENV_ID
-from bimvox.live import env as picture
+from bimvox.live import env as live_env
 from bimvox.live.deciders import Rules
 from bimvox.live.env import LiveSiteEnv, example_job
 from bimvox.live.episode import CHOICES, Episode, Stage
@@ -90,13 +90,13 @@ def test_a_picture_shows_the_others_at_their_size_and_the_hook():
     _, info = env.reset(seed=3)
     before = env.render()
     assert before.dtype == np.uint8
-    assert max(before.shape[:2]) == picture.LONGER_EDGE_PX
-    count = {name: (before == getattr(picture, name)).all(axis=-1).sum() for name in ("CREW_COLOUR", "LORRY_COLOUR")}
+    assert max(before.shape[:2]) == live_env.LONGER_EDGE_PX
+    count = {name: (before == getattr(live_env, name)).all(axis=-1).sum() for name in ("CREW_COLOUR", "LORRY_COLOUR")}
     assert 0 < count["CREW_COLOUR"] < count["LORRY_COLOUR"]
-    assert not (before == picture.HOOK).all(axis=-1).any()
+    assert not (before == live_env.HOOK).all(axis=-1).any()
     env.step(np.int64(np.flatnonzero(info["action_mask"])[0]))
     after = env.render()
-    assert (after == picture.HOOK).all(axis=-1).any()
+    assert (after == live_env.HOOK).all(axis=-1).any()
     assert not np.array_equal(before, after)
 
 

@@ -8,7 +8,7 @@ from paper_lessons import SLOW, TINY, drawn_network
 
 from bimvox.paper.env.layout import PaperLayout
 from bimvox.paper.env.spec import YardPose
-from bimvox.paper.policy import initialization as application
+from bimvox.paper.policy import initialization
 from bimvox.paper.policy.episodes import replay
 from bimvox.paper.policy.initialization import adapt, apply_layout, collision_of
 
@@ -50,8 +50,8 @@ def fakes(monkeypatch):
         fake.ran_on = layouts
         return result
 
-    monkeypatch.setattr(application, "learn", learn)
-    monkeypatch.setattr(application, "run_episodes", run)
+    monkeypatch.setattr(initialization, "learn", learn)
+    monkeypatch.setattr(initialization, "run_episodes", run)
     return fake
 
 
