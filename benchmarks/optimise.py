@@ -36,7 +36,7 @@ from bimvox.library.set_up_search.search import Search
 from bimvox.library.set_up_search.set_up import Effort, Tried, front_of
 from bimvox.progress import SilentProgress
 from bimvox.site.catalogue import catalogue
-from bimvox.site.costs import Rates
+from bimvox.site.config.calendar import Rates
 
 _TABLE = Path(__file__).parents[1] / "docs" / "data" / "optimise.txt"
 _HEAD = (

@@ -49,8 +49,7 @@ def large_plan() -> tuple[Site, list[Lift], tuple[LiftMotion, ...], list[LoadTra
     from bimvox.grid.frame import GridFrame, Label
     from bimvox.log.track import nominal_track
     from bimvox.records.lift import Lift, Method, Status, YardPlace
-    from bimvox.site.component import Component, StoredPose
-    from bimvox.site.shape import shape_of
+    from bimvox.site.component import Component, StoredPose, shape_of
     from bimvox.site.site import Blocker, Rules, Site
 
     frame = GridFrame((0.0, 0.0, -CELL_M), CELL_M)

@@ -13,7 +13,7 @@ from bimvox.cranes.lift import REST_NS, CraneLift, Leg, approach_track
 from bimvox.motion.steps import may_pause
 from bimvox.motion.trajectories import held_longer
 from bimvox.records.lift import LiftPlan
-from bimvox.site.beside import parts_beside
+from bimvox.site.site import parts_beside
 from bimvox.units import NS_PER_S
 
 _STEP_NS = 5 * NS_PER_S

@@ -5,7 +5,7 @@ keep the assumptions of each lift true at every moment:
 
 * R1: a part is hooked on after all earlier parts of the sequence have left the yard;
 * R2: a part is set after all earlier parts of the sequence are set, and after the slings of those next to it are off
-  (``bimvox.site.beside``);
+  (``bimvox.site.site``);
 * R3: a part of a later delivery is hooked on after all parts of earlier deliveries are set and their slings are off;
 * R4: the cranes keep their separation at every moment, also if they brake from there (``bimvox.crane.conflict``);
 * R5: a part that rests on work that the crane does not do is hooked on after all earlier parts of the sequence are set

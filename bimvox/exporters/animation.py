@@ -22,8 +22,7 @@ from bimvox.records.lift import Lift, Status, YardPlace
 from bimvox.records.steps import needed_by_ns
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.page.motions import keyframes
-from bimvox.site.component import Component
-from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
+from bimvox.site.component import KIND_RGB, STATE_RGB, Component, ConstructionState, Rgb
 from bimvox.site.site import Site
 
 Point = tuple[float, float, float]

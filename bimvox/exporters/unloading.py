@@ -26,7 +26,7 @@ from bimvox.errors import InputError
 from bimvox.grid.frame import whole_cells
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.lift import Lift, YardPlace
-from bimvox.site.access import unloading_columns
+from bimvox.site.checks import unloading_columns
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.config.site_config import (

@@ -42,23 +42,22 @@ from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.records.motion import TRACKS
 from bimvox.records.proof import Check
-from bimvox.site.access import ground_of
-from bimvox.site.areas import columns_centred_in
+from bimvox.site.areas import NO_HOOK, NO_LOAD, columns_centred_in, columns_without, hook_heights
 from bimvox.site.build import ground_and_masts, id_on_site, labels_of, level_yard, renamed_note, with_obstructions
+from bimvox.site.checks import ground_of
 from bimvox.site.component import Component, IntVec
 from bimvox.site.config.file import SITE_FILE, named_files, parse_site_config
 from bimvox.site.config.site_config import SiteConfig
-from bimvox.site.extent import site_extent, with_room_for_slings
 from bimvox.site.ground import cranes_on_ground
 from bimvox.site.guess import complete_with_placed, lifted_of
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import map_of_model, on_site
+from bimvox.site.obstructions.cells import Where, note_about
 from bimvox.site.obstructions.coordinates import is_about_coordinates
 from bimvox.site.obstructions.file import without_references
-from bimvox.site.obstructions.notes import Where, note_about
+from bimvox.site.placement import site_extent, with_room_for_slings
 from bimvox.site.programme import ATTACHED
 from bimvox.site.site import HookHeights, Site
-from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
 
 _COPY = "#"
 """Separates the GlobalId from the rest of the id of a part whose GlobalId occurs more than once."""

@@ -36,11 +36,11 @@ from bimvox.records.proof import Check, Claim
 from bimvox.site.component import Component
 from bimvox.site.config.file import SITE_FILE, parse_site_config
 from bimvox.site.config.kind_file import corrections_in
+from bimvox.site.config.rules import weaker_rules
 from bimvox.site.default_rules import ALL_KEPT
 from bimvox.site.nested import toml_values
 from bimvox.site.programme import ATTACHED, programme_table
 from bimvox.site.site import HeadingRule, Site
-from bimvox.site.weaker_rules import weaker_rules
 
 SITE, OBSTRUCTIONS, PROGRAMME, TRAFFIC = "--site", "--obstructions", "--programme", "--traffic"
 SEARCH = "--search"

@@ -27,13 +27,12 @@ from bimvox.records.proof import Check
 from bimvox.site.assign import assigned
 from bimvox.site.build import left_out
 from bimvox.site.component import Component, OrderHints
+from bimvox.site.config.gear_file import gear_by_crane
 from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.demand import means_by
 from bimvox.site.ground import are_over_others
 from bimvox.site.means import Means
-from bimvox.site.one_piece import means_by
-from bimvox.site.order_hints import order_hints
-from bimvox.site.parts import entries_by_id, first_ids, stored_as
-from bimvox.site.rigging import gear_by_crane
+from bimvox.site.parts import entries_by_id, first_ids, order_hints, stored_as
 from bimvox.site.site import Blocker, Rules, Site
 from bimvox.stop.redirect import Held
 

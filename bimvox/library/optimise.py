@@ -20,14 +20,13 @@ from bimvox.library.site import LoadedSite, ReadSite, built_site, read_site
 from bimvox.motion.figures import plan_figures
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.records.lift import infeasible_among
-from bimvox.site.catalogue import catalogue
+from bimvox.site.catalogue import catalogue, machines_called
+from bimvox.site.config.calendar import Rates
 from bimvox.site.config.file import SITE_FILE
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.config.template import site_toml
-from bimvox.site.costs import Rates
 from bimvox.site.crane_guess import machine_of_crane
 from bimvox.site.machine import cranes_of, machine_config
-from bimvox.site.machine_names import machines_called
 
 
 @dataclass(frozen=True, slots=True, eq=False)

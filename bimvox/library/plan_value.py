@@ -25,8 +25,7 @@ from bimvox.records.lift import Lift, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Remark, Verification
 from bimvox.site.component import Component
-from bimvox.site.part_names import names_by_id
-from bimvox.site.site import Site
+from bimvox.site.site import Site, names_by_id
 from bimvox.workers import ALONE, Workers
 
 if TYPE_CHECKING:

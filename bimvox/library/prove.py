@@ -25,8 +25,7 @@ from bimvox.records.lift import NOT_DRIVEN, LiftPlan, Method, ModelledClash, Sta
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
 from bimvox.records.steps import Steps
-from bimvox.site.part_names import names_by_id
-from bimvox.site.site import Site
+from bimvox.site.site import Site, names_by_id
 from bimvox.walk import Store
 from bimvox.workers import ALONE, Workers
 

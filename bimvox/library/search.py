@@ -29,9 +29,9 @@ from bimvox.proof.plan import verify_plan
 from bimvox.proof.space import ALWAYS_NS
 from bimvox.records.lift import LOAD_IS_HELD, NOT_LIFTED, OF_A_STOP, OF_THE_PATH, Lift, Status
 from bimvox.records.proof import Check, Verification
+from bimvox.site.collision import CLEARANCES, margin_vox, rope_margin_vox, smaller_clearances
 from bimvox.site.default_rules import ALL_KEPT, Kept
 from bimvox.site.site import HeadingRule, Site
-from bimvox.site.transit_clearance import CLEARANCES, margin_vox, rope_margin_vox, smaller_clearances
 
 _NOT_IN_THE_EXTRACT = "the obstructions changed during the plan, and when it was looked at is not in this extract"
 

@@ -27,21 +27,20 @@ from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.site import guess
 from bimvox.site.build import PlacedModel, build_site, with_obstructions
+from bimvox.site.catalogue import machines_called
 from bimvox.site.component import Component, IntVec
 from bimvox.site.config.file import SITE_FILE, load_site_config, read_site_file
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
 from bimvox.site.config.template import site_toml
-from bimvox.site.extent import site_extent, with_room_for_slings
 from bimvox.site.machine import cranes_of
-from bimvox.site.machine_names import machines_called
 from bimvox.site.map_frame import ifc_to_map, map_of_model
 from bimvox.site.nested import toml_values
+from bimvox.site.obstructions.cells import MOST_NAMED
 from bimvox.site.obstructions.coordinates import Survey, in_site_frame
 from bimvox.site.obstructions.file import parse_obstructions, read_obstruction_file
-from bimvox.site.obstructions.notes import MOST_NAMED
 from bimvox.site.obstructions.obstruction_set import ObstructionSet
 from bimvox.site.obstructions.point_file import SCAN_SUFFIXES, is_scan
-from bimvox.site.placement import place_building
+from bimvox.site.placement import place_building, site_extent, with_room_for_slings
 from bimvox.site.programme import ATTACHED
 from bimvox.site.site import Site
 from bimvox.voxelization.building import voxelize_building

@@ -27,7 +27,7 @@ from bimvox.proof.over_time import not_current, verify_motions_over_time, verify
 from bimvox.proof.values import check_values, with_coverage
 from bimvox.records.proof import Verification
 from bimvox.records.steps import Steps
-from bimvox.site.part_names import names_by_id, with_names
+from bimvox.site.site import names_by_id, with_names
 from bimvox.undisturbed import uncollected
 from bimvox.walk import Store
 from bimvox.workers import ALONE, Workers

@@ -17,8 +17,7 @@ from bimvox.records.proof import Remark, Severity
 from bimvox.records.steps import needed_by_ns, not_lifted_groups
 from bimvox.records.track import LiftTimes
 from bimvox.site.component import Component
-from bimvox.site.part_names import names_by_id, with_names
-from bimvox.site.site import Site, SwingRule
+from bimvox.site.site import Site, SwingRule, names_by_id, with_names
 from bimvox.units import clock, elapsed
 
 LIFT_EVENT = "lift"

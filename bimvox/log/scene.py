@@ -25,8 +25,7 @@ from bimvox.log.mcap.form import colour, pairs, pose, stamp, vector
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LiftTimes
-from bimvox.site.component import Component
-from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
+from bimvox.site.component import KIND_RGB, STATE_RGB, Component, ConstructionState, Rgb
 from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Site
 
 _Rgba = tuple[float, float, float, float]

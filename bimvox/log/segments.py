@@ -18,8 +18,7 @@ from bimvox.log.plan_log import PENDING, LogEvent, PlanLog
 from bimvox.motion.trajectories import chained
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.site.digest import digest_of
-from bimvox.site.site import Site
+from bimvox.site.site import Site, digest_of
 
 REPLAN_EVENT = "replan"
 """Kind of the event that describes a revision."""

@@ -18,10 +18,8 @@ from bimvox.motion.timeline import Timeline, blended, followed
 from bimvox.planning.search import shortest_path
 from bimvox.records.lift import Guide, Lift
 from bimvox.records.track import turn_back_s
-from bimvox.site.collision import CollisionSpace, placement_is_free
+from bimvox.site.collision import CollisionSpace, margin_vox, placement_is_free, turning_space
 from bimvox.site.site import Site
-from bimvox.site.transit_clearance import margin_vox
-from bimvox.site.turning import turning_space
 
 _GOOD_ENOUGH = 1.05
 """The other route is skipped if going over the top takes at most this multiple of the slowest axis's time."""

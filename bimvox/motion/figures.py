@@ -13,8 +13,7 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import utilisation
 from bimvox.records.lift import LiftPlan, Method, Status
 from bimvox.records.motion import LiftMotion, PhaseName, Trajectory
-from bimvox.site.governing_wind import GoverningWind, governing_wind
-from bimvox.site.lifting import hung_kg
+from bimvox.site.lifting import GoverningWind, governing_wind, hung_kg
 from bimvox.site.site import Site, SwingRule
 
 

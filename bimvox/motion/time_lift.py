@@ -22,11 +22,9 @@ from bimvox.motion.timeline import Timeline, in_sequence, pause_of, sampled
 from bimvox.motion.trajectories import approached, delayed, phases_from, starting
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.motion import LiftMotion, PhaseName, Trajectory, quarters_of
-from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace, placement_is_free
-from bimvox.site.component import Component, StoredPose
+from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace, hook_room, placement_is_free
+from bimvox.site.component import Component, StoredPose, turned_aside
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
-from bimvox.site.hook_room import hook_room
-from bimvox.site.shape import turned_aside
 from bimvox.site.site import Site
 from bimvox.units import NS_PER_S
 

@@ -11,7 +11,7 @@ from bimvox.paper.env.spec import Box
 from bimvox.rendering.colours import OBSTRUCTION, START_BOX, TARGET_BOX
 from bimvox.rendering.pictures.picture import PictureOptions, picture_of
 from bimvox.rendering.pictures.scene import LegendEntry, Scene, Strokes, Swatch, box_edges
-from bimvox.site.construction import Rgb
+from bimvox.site.component import Rgb
 
 RENDER_SIZE_PX = (640, 480)
 

@@ -13,11 +13,19 @@ from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.stage import Obstacle, Stage, carried_where, refused_by_crane, with_cleared
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
-from bimvox.site.collision import CollisionSpace, boxes_are_free, hook_is_free, placement_is_free
+from bimvox.site.collision import (
+    CLEARANCES,
+    CollisionSpace,
+    boxes_are_free,
+    grown_cells,
+    hook_is_free,
+    margin_vox,
+    placement_is_free,
+    smaller_clearances,
+)
 from bimvox.site.component import Component, IntVec
 from bimvox.site.default_rules import ALL_KEPT, Kept
 from bimvox.site.site import GROUND_ID, HeadingRule, Site
-from bimvox.site.transit_clearance import CLEARANCES, grown_cells, margin_vox, smaller_clearances
 
 
 class Assembly:

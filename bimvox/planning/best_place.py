@@ -15,10 +15,16 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.crane.kinematics import Axes
 from bimvox.crane.travel import AcrossTables, Travel, across_of
-from bimvox.site.collision import HOOK_FORBIDDEN
-from bimvox.site.component import Component, IntVec, StoredPose
-from bimvox.site.hook_room import hook_room
-from bimvox.site.shape import erection_size_vox, turned_hook, turned_shape, turning_columns
+from bimvox.site.collision import HOOK_FORBIDDEN, hook_room
+from bimvox.site.component import (
+    Component,
+    IntVec,
+    StoredPose,
+    erection_size_vox,
+    turned_hook,
+    turned_shape,
+    turning_columns,
+)
 from bimvox.site.site import Site
 
 SAME_S = 2.0

@@ -106,7 +106,7 @@ class PartToInsert(NamedTuple):
         component: The part.
         present: Numbers of the solids in place now.
         space: The collision rule for it now, nothing cleared.
-        transit: The rule up to the gate (see ``bimvox.site.transit_clearance``).
+        transit: The rule up to the gate (see ``bimvox.site.collision``).
         may_be_guided: Whether guided last moves are searched for too, which takes longer.
         avoided: Last moves that its proof refused: others are searched for.
     """

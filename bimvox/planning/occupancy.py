@@ -8,12 +8,18 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.grid.summed_area import summed_area_table, update_table
 from bimvox.records.lift import YardPlace
-from bimvox.site.collision import HOOK_FORBIDDEN, NOTHING_CLEARED, CollisionSpace
+from bimvox.site.collision import (
+    HOOK_FORBIDDEN,
+    NOTHING_CLEARED,
+    CollisionSpace,
+    hook_room,
+    in_transit,
+    margin_vox,
+    rope_margin_vox,
+)
 from bimvox.site.component import Component, IntVec
 from bimvox.site.default_rules import ALL_KEPT, Kept
-from bimvox.site.hook_room import hook_room
 from bimvox.site.site import Site
-from bimvox.site.transit_clearance import in_transit, margin_vox, rope_margin_vox
 
 
 class Occupancy:

@@ -19,11 +19,10 @@ from bimvox.planning.propose import Propose, ProposedGreedily
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
 from bimvox.planning.stage import Obstacle, Stage, turning_stage
 from bimvox.records.lift import Lift, Method, Status, YardPlace
-from bimvox.site.collision import CollisionSpace
+from bimvox.site.collision import CollisionSpace, smaller_clearances
 from bimvox.site.component import IntVec
 from bimvox.site.default_rules import Kept
 from bimvox.site.site import Site
-from bimvox.site.transit_clearance import smaller_clearances
 
 _FIRST_LIMIT = 4_096
 _FLOOD_LIMIT = 300_000

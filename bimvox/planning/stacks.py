@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 
 from bimvox.grid.frame import whole_cells
 from bimvox.records.lift import YardPlace
-from bimvox.site.component import Component, StoredPose
-from bimvox.site.shape import turned_hook
+from bimvox.site.collision import margin_vox
+from bimvox.site.component import Component, StoredPose, turned_hook
+from bimvox.site.default_rules import RACKED_THINNESS, YardRules
 from bimvox.site.site import Site
-from bimvox.site.transit_clearance import margin_vox
 from bimvox.site.work import Work, kind_of
-from bimvox.site.yard_rules import RACKED_THINNESS, YardRules
 
 Rectangle = tuple[int, int, int, int]
 """Lowest column and size, cells."""

@@ -14,15 +14,12 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.insertion import Insertion
 from bimvox.planning.propose import Transit
 from bimvox.records.lift import YardPlace
-from bimvox.site.access import unloading_columns
-from bimvox.site.collision import CollisionSpace, placement_is_free
+from bimvox.site.checks import unloading_columns
+from bimvox.site.collision import CollisionSpace, margin_vox, placement_is_free, turning_space
 from bimvox.site.component import Component, IntVec
 from bimvox.site.default_rules import ALL_KEPT, Kept
-from bimvox.site.governing_wind import permitted_for
-from bimvox.site.lifting import crane_for, hung_kg
+from bimvox.site.lifting import crane_for, hung_kg, permitted_for
 from bimvox.site.site import Site
-from bimvox.site.transit_clearance import margin_vox
-from bimvox.site.turning import turning_space
 from bimvox.units import mass_text
 
 

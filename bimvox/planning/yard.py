@@ -32,15 +32,13 @@ from bimvox.kept import kept
 from bimvox.planning.best_place import BestPlace, Clearance, Lying, counts
 from bimvox.planning.stacks import Racks, Rectangle, Stacks, Taken, is_racked, is_stacked
 from bimvox.records.lift import YardPlace, yard_place
-from bimvox.site.component import Component, StoredPose
-from bimvox.site.default_rules import NOTHING_KEPT
+from bimvox.site.collision import margin_vox
+from bimvox.site.component import Component, StoredPose, erection_size_vox, turned_shape
+from bimvox.site.default_rules import HEADROOM_M, INLOADER_M, NOTHING_KEPT
 from bimvox.site.means import Means
-from bimvox.site.shape import erection_size_vox, turned_shape
 from bimvox.site.site import HeadingRule, Site
-from bimvox.site.transit_clearance import margin_vox
 from bimvox.site.upright_box import boxes_m
 from bimvox.site.work import Work, kind_of
-from bimvox.site.yard_rules import HEADROOM_M, INLOADER_M
 
 # What one truck carries: its mass, and room for its parts on a flat bed or in an inloader.
 #

@@ -14,10 +14,9 @@ from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName
 from bimvox.records.proof import Check
 from bimvox.records.steps import Pause, Step, Steps
-from bimvox.site.building_times import BuildingTimes
-from bimvox.site.casting import Casting
+from bimvox.site.casting import BuildingTimes, Casting
 from bimvox.site.component import Component
-from bimvox.site.limits import MOST_WORK_S
+from bimvox.site.default_rules import MOST_WORK_S
 from bimvox.site.means import Means
 from bimvox.site.site import HeadingRule, Rules
 from bimvox.site.work import Work, work_of

@@ -21,8 +21,7 @@ from bimvox.proof.space import whole_cells
 from bimvox.proof.storage import check_truck, stands_on_something
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.proof import Check
-from bimvox.site.component import Component, StoredPose
-from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape
+from bimvox.site.component import Component, StoredPose, erection_size_vox, stored_shape, turned_hook, turned_shape
 from bimvox.site.site import Site
 
 

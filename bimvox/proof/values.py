@@ -19,8 +19,7 @@ from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Check, turn_to
 from bimvox.site.component import Component
-from bimvox.site.default_rules import DEFAULT_RULES
-from bimvox.site.limits import MOST_CONTACT_TOLERANCE_M, MOST_SAMPLE_PERIOD_S, MOST_SUPPORT_GAP_M
+from bimvox.site.default_rules import DEFAULT_RULES, MOST_CONTACT_TOLERANCE_M, MOST_SAMPLE_PERIOD_S, MOST_SUPPORT_GAP_M
 from bimvox.site.means import Means
 from bimvox.site.site import Rules, Site
 

@@ -11,9 +11,18 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.site.component import Component, IntVec, Shape, StoredPose
+from bimvox.site.component import (
+    Component,
+    IntVec,
+    Shape,
+    StoredPose,
+    erection_size_vox,
+    stored_shape,
+    turned_hook,
+    turned_shape,
+    turning_columns,
+)
 from bimvox.site.default_rules import Kept
-from bimvox.site.shape import erection_size_vox, stored_shape, turned_hook, turned_shape, turning_columns
 from bimvox.site.site import Blocker, Site
 from bimvox.sparse import SPARSE
 

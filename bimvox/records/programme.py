@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.site.config.uncertainty import UncertaintyConfig
+from bimvox.site.config.calendar import UncertaintyConfig
 from bimvox.site.programme import PlannedPart, Programme, ProgrammeTask
 from bimvox.site.work import Work
 from bimvox.site.working_hours import FIRST_YEAR, LAST_YEAR, WorkingHours

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
-from bimvox.site.construction import ConstructionState
+from bimvox.site.component import ConstructionState
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,7 +1,7 @@
 """How long the crane unloads a delivery: one lift after the other, from the truck to the yard.
 
 Each lift takes the crew's times for the slings of such a part, and the crane's fastest way from the nearest place where
-a truck stands and the crane carries the part (:mod:`bimvox.site.access`): from the deck over everything that lies in
+a truck stands and the crane carries the part (:mod:`bimvox.site.checks`): from the deck over everything that lies in
 the yard, to the part's place, and back empty. That is a bound; the motions are those of the delivery's own plan
 (:mod:`bimvox.exporters.unloading`).
 """
@@ -21,7 +21,7 @@ from bimvox.crane.load_chart import utilisation
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.crane.travel import point_to_point_s
 from bimvox.records.lift import Lift, YardPlace
-from bimvox.site.access import DECK_M, unloading_columns
+from bimvox.site.checks import DECK_M, unloading_columns
 from bimvox.site.component import Component
 from bimvox.site.config.calendar import USUAL_UNLOADING_S, CalendarConfig
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times

@@ -21,11 +21,10 @@ from bimvox.remarks.subject import Subject, metres, name_of
 from bimvox.site.component import Component
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
 from bimvox.site.default_rules import ALL_KEPT
-from bimvox.site.governing_wind import needs_less_wind
 from bimvox.site.ground import WORKING_SPACE_M
+from bimvox.site.lifting import needs_less_wind
 from bimvox.site.means import Means, is_way_assumed
-from bimvox.site.part_names import names_by_id, with_names
-from bimvox.site.site import HeadingRule, Site, SwingRule
+from bimvox.site.site import HeadingRule, Site, SwingRule, names_by_id, with_names
 from bimvox.site.work import work_of
 
 Condition: TypeAlias = tuple[Sequence[str] | None, str]

@@ -21,9 +21,8 @@ from bimvox.proof.crane.axes import shares_of_capacity
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.proof import Remark, Severity
 from bimvox.remarks.subject import Subject, about, metres, name_of, tonnes
-from bimvox.site.catalogue import catalogue, machine_called
+from bimvox.site.catalogue import FICTITIOUS, catalogue, machine_called
 from bimvox.site.component import Component
-from bimvox.site.fictitious import FICTITIOUS
 from bimvox.site.lifting import crane_for, hung_kg
 from bimvox.site.site import Site
 

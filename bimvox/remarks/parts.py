@@ -19,14 +19,22 @@ from bimvox.records.lift import ModelledClash, Status
 from bimvox.records.proof import Remark, Severity
 from bimvox.remarks.subject import Subject, about, metres, tonnes
 from bimvox.site.component import Component, StoredPose
+from bimvox.site.default_rules import (
+    FEW_HANDS_KG,
+    INLOADER_M,
+    RACKED_THINNESS,
+    ROAD_HEIGHT_M,
+    ROAD_KG,
+    ROAD_LENGTH_M,
+    ROAD_WIDTH_M,
+    TRUCK_KG,
+    TRUCK_M,
+)
 from bimvox.site.ground import stand_on_ground
-from bimvox.site.limits import FEW_HANDS_KG, ROAD_HEIGHT_M, ROAD_KG, ROAD_LENGTH_M, ROAD_WIDTH_M
 from bimvox.site.means import Means
-from bimvox.site.part_names import names_by_id
-from bimvox.site.site import Blocker
+from bimvox.site.site import Blocker, names_by_id
 from bimvox.site.upright_box import laid_flat_m, sizes_m
 from bimvox.site.work import Work, kind_of
-from bimvox.site.yard_rules import INLOADER_M, RACKED_THINNESS, TRUCK_KG, TRUCK_M
 
 FLOATS = "floats"
 HANGS = "hangs"

@@ -12,13 +12,13 @@ from bimvox.records.lift import Status
 from bimvox.records.programme import TaskDates
 from bimvox.records.proof import Remark, Severity
 from bimvox.remarks.subject import Subject, about
+from bimvox.site.collision import CLEARANCES
 from bimvox.site.crew_times import crew_times
 from bimvox.site.default_rules import ALL_KEPT
-from bimvox.site.governing_wind import needs_less_wind, permitted_for
+from bimvox.site.lifting import needs_less_wind, permitted_for
 from bimvox.site.means import Means
 from bimvox.site.obstructions.coordinates import is_about_coordinates
 from bimvox.site.site import HeadingRule, Rules, Site, SwingRule
-from bimvox.site.transit_clearance import CLEARANCES
 from bimvox.site.work import Work, work_of
 from bimvox.units import clock
 

@@ -1,4 +1,4 @@
-"""The colours of pictures: those of ``bimvox.site.construction``, and those that only pictures need.
+"""The colours of pictures: those of ``bimvox.site.component``, and those that only pictures need.
 
 Classes of parts and other groups use Paul Tol's light palette.
 """
@@ -6,7 +6,7 @@ Classes of parts and other groups use Paul Tol's light palette.
 from __future__ import annotations
 
 from bimvox.records.proof import Severity
-from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
+from bimvox.site.component import KIND_RGB, STATE_RGB, ConstructionState, Rgb
 
 UNBUILT: Rgb = STATE_RGB[ConstructionState.UNBUILT]
 IN_TRANSIT: Rgb = STATE_RGB[ConstructionState.IN_TRANSIT]

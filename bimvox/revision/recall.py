@@ -24,9 +24,9 @@ from bimvox.planning.preparation import Preparation
 from bimvox.proof.footprint import CellMask, Footprint, MotionFootprint
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
+from bimvox.site.collision import margin_vox, rope_margin_vox
 from bimvox.site.component import IntVec
 from bimvox.site.site import Site
-from bimvox.site.transit_clearance import margin_vox, rope_margin_vox
 
 # Whether the fewest moves of a lift are still known after something on the site has changed.
 #

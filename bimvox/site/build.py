@@ -13,33 +13,40 @@ from bimvox.bim.building import BUILT, Element, Role
 from bimvox.crane.outline import highest_point_m, mast_box_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame, Label, whole_cells
-from bimvox.site.access import check_access, ground_of
-from bimvox.site.areas import columns_centred_in
+from bimvox.site.areas import NO_HOOK, NO_LOAD, columns_centred_in, columns_without, hook_heights
 from bimvox.site.assign import assigned
 from bimvox.site.casting import FIELD_CASTING
-from bimvox.site.checks import check_component, check_mast, check_samples, check_yard
+from bimvox.site.checks import (
+    check_access,
+    check_component,
+    check_cranes,
+    check_mast,
+    check_samples,
+    check_yard,
+    crane_key,
+    ground_of,
+)
 from bimvox.site.component import Component, IntVec
+from bimvox.site.config.gear_file import gear_by_crane
 from bimvox.site.config.site_config import SiteConfig
-from bimvox.site.crane_checks import check_cranes, crane_key
 from bimvox.site.crew_times import FIELD_TIMES
-from bimvox.site.digest import digest_of
-from bimvox.site.ground import are_over_others, cranes_on_ground, ground_cells, ground_tops, natural_ground_m
-from bimvox.site.ground_level import terrain_of
+from bimvox.site.demand import means_by
+from bimvox.site.ground import (
+    are_over_others,
+    cranes_on_ground,
+    ground_cells,
+    ground_tops,
+    natural_ground_m,
+    terrain_of,
+)
 from bimvox.site.lifting import hung
 from bimvox.site.means import Means, nothing_to_lift
-from bimvox.site.obstructions.cells import Rasterise, obstruction_cells
-from bimvox.site.obstructions.crowd import blockers_of
-from bimvox.site.obstructions.many import cells_of_all
-from bimvox.site.obstructions.notes import KINDS, Notes, Where, note_about
-from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
-from bimvox.site.obstructions.rows import OTHER, Rows
-from bimvox.site.one_piece import means_by
-from bimvox.site.order_hints import order_hints
-from bimvox.site.parts import component_of, entries_by_id, first_ids
-from bimvox.site.rigging import gear_by_crane
-from bimvox.site.site import GROUND_ID, Blocker, Rules, Site, SwingRule, mast_id, top_layers
+from bimvox.site.obstructions.cells import KINDS, Notes, Rasterise, Where, note_about, obstruction_cells
+from bimvox.site.obstructions.many import blockers_of, cells_of_all
+from bimvox.site.obstructions.obstruction_set import EMPTY, OTHER, Box, Obstruction, ObstructionSet, Rows
+from bimvox.site.parts import component_of, entries_by_id, first_ids, order_hints
+from bimvox.site.site import GROUND_ID, Blocker, Rules, Site, SwingRule, digest_of, mast_id, top_layers
 from bimvox.site.work import work_of
-from bimvox.site.zones import NO_HOOK, NO_LOAD, columns_without, hook_heights
 
 Parts = Sequence[tuple[Element, "NDArray[np.int32]"]]
 """Elements in the site frame, each with the (N, 3) int32 grid cells that it occupies."""
@@ -57,7 +64,7 @@ class PlacedModel:
 
     Attributes:
         parts: Its elements. Fittings are left out of the site; terrain is its ground.
-        frame: Frame of the grid, from ``bimvox.site.extent.site_extent``.
+        frame: Frame of the grid, from ``bimvox.site.placement.site_extent``.
         shape: (X, Y, Z) of the grid.
         site_to_ifc: (4, 4) transform from the site frame to model coordinates; None: identity.
         source: Plain values about the model, kept with the site.
@@ -206,7 +213,7 @@ def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Raste
 
     An obstruction outside the site is left out, and one that sticks out is clipped, each with a note. If a part has the
     same id, the obstruction's id gets the prefix ``obstruction:``, so that the reason of a blocked lift is unambiguous.
-    Very many obstructions share objects, see :func:`bimvox.site.obstructions.crowd.blockers_of`, and a note.
+    Very many obstructions share objects, see :func:`bimvox.site.obstructions.many.blockers_of`, and a note.
     """
     fixed = [blocker for blocker in site.blockers if blocker.kind != "obstruction"]
     taken = _taken(site)

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import difflib
+from dataclasses import replace
 from functools import cache
 from importlib import resources
 from pathlib import Path
 
+from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.machine import Machine
-from bimvox.site.config.machine_file import machine_of
+from bimvox.crane.tower_crane import TowerCrane
+from bimvox.errors import InputError
+from bimvox.site.config.crane import machine_of
 
 
 @cache
@@ -27,3 +32,71 @@ def machine_called(name: str | None) -> Machine | None:
 def machines_of(kind: str) -> tuple[Machine, ...]:
     """Return the machines of a kind, the smallest load moment first."""
     return tuple(machine for machine in catalogue() if machine.kind == kind)
+
+
+FICTITIOUS = "fictitious"
+"""Begins the name of a machine that does not exist; also the name by which a user asks for one."""
+
+_SCALED = "hammerhead-75"
+
+
+@cache
+def fictitious_machines() -> tuple[Machine, ...]:
+    """Return machines scaled up from the catalogue, by ascending load moment.
+
+    They go up to about the largest tower cranes in existence: a jib of 100 m with 80 t at its end.
+    """
+    scales = ((reach, capacity) for reach in (0.5, 0.75, 1.0, 1.35) for capacity in (1.5, 2.5, 5.0, 10.0, 20.0))
+    ascending = sorted(scales, key=lambda scale: (scale[0] * scale[1], scale[0]))
+    return tuple(_machine(*scale) for scale in ascending)
+
+
+def _machine(reach: float, capacity: float) -> Machine:
+    crane = _scaled(reach, capacity)
+    about = "fictitious: a machine of the catalogue scaled by calculation; it does not exist"
+    return Machine(crane.name, crane.kind, about, (crane.jib_length_m,), (crane,))
+
+
+def _scaled(reach: float, capacity: float) -> TowerCrane:
+    """Return a machine of the catalogue with its jib and load chart scaled."""
+    machine = machine_called(_SCALED)
+    assert machine is not None
+    crane = machine.usual
+    chart = LoadChart(
+        tuple(round(radius * reach, 2) for radius in crane.chart.radius_m),
+        tuple(round(mass * capacity, 0) for mass in crane.chart.capacity_kg),
+    )
+    return replace(
+        crane,
+        name=f"{FICTITIOUS} {crane.name} scaled {reach:g} x {capacity:g}",
+        jib_length_m=round(crane.jib_length_m * reach, 2),
+        chart=chart,
+        gears=tuple((round(mass * capacity, 0), rate) for mass, rate in crane.gears),
+    )
+
+
+KINDS = ("hammerhead", "luffing", "mobile")
+
+
+def machines_called(name: str) -> tuple[Machine, ...]:
+    """Return the machines of a kind, or the machine with a name, the smallest load moment first.
+
+    Args:
+        name: ``hammerhead``, ``luffing``, ``mobile``, the name of a machine of the catalogue, or ``fictitious``: the
+            hammerheads, then machines that do not exist.
+
+    Raises:
+        InputError: If there is no such kind or machine.
+    """
+    if name in KINDS:
+        return machines_of(name)
+    if name == FICTITIOUS:
+        return (*machines_of("hammerhead"), *fictitious_machines())
+    if (found := machine_called(name)) is not None:
+        return (found,)
+    names = [machine.name for machine in catalogue()]
+    near = difflib.get_close_matches(name, [*KINDS, *names], n=1)
+    raise InputError(
+        f"the catalogue has no crane {name!r}" + (f"; did you mean {near[0]!r}?" if near else ""),
+        hint=f"give a kind ({', '.join(KINDS)}) or a machine: {', '.join(names)}",
+    )

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil
+from itertools import combinations, permutations
+from math import ceil, hypot
+from typing import Final
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Element
+from bimvox.crane.outline import mast_box_m, outline_of
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
-from bimvox.site.component import Component, IntVec, StoredPose
-from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.areas import columns_centred_in
+from bimvox.site.collision import HOOK_FORBIDDEN, hook_room
+from bimvox.site.component import Component, IntVec, StoredPose, stored_shape
+from bimvox.site.config.site_config import AreasConfig, SiteConfig
 from bimvox.site.means import Means
-from bimvox.site.shape import stored_shape
-from bimvox.site.site import Blocker
+from bimvox.site.site import Blocker, Site
 
 _MOST_SAMPLES = 4_000_000
 """About 1 GB of log and memory."""
@@ -99,3 +105,108 @@ def _named(config: SiteConfig, component: Component) -> str:
 def shown_m(point_m: NDArray[np.float64]) -> str:
     """Return a point as messages state it."""
     return "(" + ", ".join(f"{value:.2f}" for value in point_m) + ")"
+
+
+# The access of trucks: where they stand, and which parts the crane can unload there.
+#
+# Only the places are looked at here: that no part lies in the way of a truck, and that the crane carries a part over
+# some place where a truck stands. How a truck is loaded and driven is not.
+
+TRUCK_WIDTH_M: Final = 2.55
+"""The widest vehicle without a permit (Directive 96/53/EC)."""
+DECK_M: Final = 1.2
+"""Height of a truck's deck; typical of flat-bed semi-trailers."""
+
+
+def ground_of(
+    areas: AreasConfig, frame: GridFrame, shape: tuple[int, int]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_] | None]:
+    """Return the (X, Y) columns of the yard, those of the access left out, and those of the access; None without."""
+    yard = columns_centred_in(areas.yard or (), frame, shape)
+    if areas.access is None:
+        return yard, None
+    access = columns_centred_in(areas.access, frame, shape)
+    return yard & ~access, access
+
+
+def check_access(config: SiteConfig) -> None:
+    """Raise an error for an access on which no truck can stand.
+
+    Raises:
+        ConfigError: Names the polygon.
+    """
+    for number, polygon in enumerate(config.areas.access or ()):
+        if shapely.Polygon(polygon).buffer(0.001 - TRUCK_WIDTH_M / 2.0).is_empty:
+            raise config.error(
+                f"areas.access[{number}]",
+                f"is nowhere {TRUCK_WIDTH_M:g} m wide, as a truck is",
+                hint="widen it; 4 m leaves room for a person on one side",
+            )
+
+
+def unloading_columns(site: Site, component: Component) -> NDArray[np.int64]:
+    """Return the (N, 2) columns of the access over which its crane carries a part, gear included.
+
+    On a site without an access or a crane there are none.
+    """
+    crane = site.crane_of(component)
+    if site.access is None or crane is None:
+        return np.zeros((0, 2), np.int64)
+    flat = np.zeros(site.shape[:2], np.int32)
+    free = site.access & (hook_room(site, crane, flat, component).floor < HOOK_FORBIDDEN)
+    return np.argwhere(free)
+
+
+_SLACK_M = 0.1
+
+
+def crane_key(number: int, count: int) -> str:
+    """Return the key of a crane's table in the site file."""
+    return "crane" if count == 1 else f"crane[{number}]"
+
+
+def check_cranes(config: SiteConfig, cranes: Sequence[TowerCrane], separation_m: float) -> None:
+    """Raise an error for masts without a height or that overlap, and for a jib that would hit another crane's mast.
+
+    A jib must pass above another crane's highest point or stay short of its mast, whatever the slew angles. Two jibs at
+    the same height may reach into each other's circle: the cranes share that space in time.
+
+    Raises:
+        ConfigError: Names the crane, or both.
+    """
+    for number, crane in enumerate(cranes):
+        (*_, foot_m), (*_, top_m) = mast_box_m(crane)
+        if foot_m >= top_m:
+            raise config.error(
+                f"{crane_key(number, len(cranes))}.base_m",
+                f"{crane.name} stands at a height of {foot_m:.1f} m, but its mast ends at {top_m:.1f} m above the "
+                "site's z = 0",
+                hint="raise jib_height_m, move the crane to lower ground, or give base_m a third value: the height of "
+                "its foot",
+            )
+    for a, b in combinations(range(len(cranes)), 2):
+        one, other = cranes[a], cranes[b]
+        (low, high), (low_b, high_b) = mast_box_m(one), mast_box_m(other)
+        if all(low[i] - separation_m < high_b[i] and low_b[i] - separation_m < high[i] for i in (0, 1)):
+            raise config.error(
+                f"crane[{b}].base_m",
+                f"the masts of {other.name} and {one.name} overlap or are closer than {separation_m:g} m",
+                hint="move one of them: masts keep [rules] crane_separation_m between them",
+            )
+    for a, b in permutations(range(len(cranes)), 2):
+        own, mast = outline_of(cranes[a]), outline_of(cranes[b])
+        apart_m, top_m = hypot(mast.base_m[0] - own.base_m[0], mast.base_m[1] - own.base_m[1]), mast.mast_height_m[1]
+        for what, reach_m, half_m, lowest_m in (
+            ("jib", own.jib_end_m, own.jib_half_m, own.jib_m[0]),
+            ("counter-jib", own.tail_m, own.tail_half_m, own.tail_height_m[0]),
+        ):
+            # The same outline as for keeping cranes apart over time: a strip with round ends.
+            needed_m = reach_m + half_m + mast.mast_half_m + separation_m + _SLACK_M
+            if apart_m >= needed_m or lowest_m >= top_m + separation_m:
+                continue
+            raise config.error(
+                f"crane[{a}].base_m",
+                f"the {what} of {own.name} would hit the mast of {mast.name}: it reaches {reach_m:.1f} m at a height "
+                f"of {lowest_m:.1f} m, but the mast is {apart_m:.1f} m away and {top_m:.1f} m high",
+                hint=f"put them {needed_m:.1f} m apart, or the {what} {separation_m:g} m above the other crane's top",
+            )

@@ -21,12 +21,11 @@ from bimvox.crane.machine import Machine
 from bimvox.crane.reach import MARGIN_M, built_heights, distances_m, points_blocked, standing
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.catalogue import machine_called
+from bimvox.site.config.calendar import Rates, rates_of
 from bimvox.site.config.site_config import Polygon, SiteConfig
-from bimvox.site.costs import Rates, rates_of
 from bimvox.site.crew_times import crew_times
 from bimvox.site.demand import Demand, Rigs, Unserved
-from bimvox.site.mast_places import MastPlaces
-from bimvox.site.set_ups import LiftWork, carried, set_ups
+from bimvox.site.set_ups import LiftWork, MastPlaces, carried, set_ups
 from bimvox.site.trial import closed_over, yard_points
 
 ROOMY = 0.5

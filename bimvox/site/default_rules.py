@@ -6,7 +6,10 @@ the site file is kept by every lift, or the lift is infeasible.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Final, NamedTuple
+
+from bimvox.sparse import SPARSE
 
 TRANSIT_CLEARANCE_M: Final = 2.0
 """Distance of a load in transit from finished work: 2 to 3 m are usual in lift plans (professional judgement)."""
@@ -35,3 +38,87 @@ class Kept(NamedTuple):
 
 ALL_KEPT: Final = Kept()
 NOTHING_KEPT: Final = Kept(0.0, 0.0)
+
+
+MOST_CONTACT_TOLERANCE_M = 0.1
+"""More is not a tolerance: parts would be set into each other."""
+MOST_SUPPORT_GAP_M = 1.0
+MOST_SAMPLE_PERIOD_S = 60.0
+
+MOST_WORK_S = 365 * 86_400.0
+"""The longest work at a part that is cast in place; only a mass that makes no sense asks for more."""
+
+ROAD_KG = 70_000.0
+"""The heaviest precast girders that go by road as a single load (professional judgement)."""
+ROAD_LENGTH_M = 40.0
+"""The longest girders on a steered dolly (professional judgement)."""
+ROAD_WIDTH_M = 5.5
+"""Wider than two lanes of a main road less their margins (professional judgement)."""
+ROAD_HEIGHT_M = 4.0
+"""4.7 m under most bridges less a low bed's deck of 0.7 m (professional judgement)."""
+
+FEW_HANDS_KG = 75.0
+"""What three people or a small hoist handle; a crane lifts such parts by the bundle (professional judgement)."""
+
+ON_GROUND_M = 0.3
+"""What begins lower lies on the ground."""
+FAR_FROM_GROUND_M = 100.0
+"""No model of upper storeys alone begins further above the ground, and none ends further below it."""
+
+
+# How parts lie in the yard: the slinger's gap around each, and stacks.
+#
+# The defaults, with what they rest on:
+#
+# * the gap, 0.6 m: one person passes with slings in hand. Assumed; Hong Kong's Construction Sites (Safety) Regulations,
+#   38M, ask for 0.65 m where gangways carry materials and 0.4 m where they only carry people;
+# * the height of a stack, 1.5 m: slabs are slung from the ground. "To a maximum of chest height" (Stowell Concrete,
+#   on-site instructions for precast T-beams), read as 1.5 m;
+# * dunnage, 0.1 m: room for a strop between two parts. Assumed; suppliers ask for bearers straight above each other,
+#   near the lifting points, but seldom for a thickness;
+# * the number and the mass of parts in a stack, 10 and 24 t: a truckload. Assumed; the ground decides;
+# * a rack holds up to 10 walls, and its frame is 0.3 of their height deep. Assumed; suppliers ask for walls to stand,
+#   "braced in position by A frames or a racking system", and whoever supplies the frame proves that it is stable;
+# * the truck, a flat-bed semi-trailer of 13.6 x 3.0 x 2.8 m: the loading length within the 16.5 m of Directive
+#   96/53/EC; 3 m of width instead of its 2.55 m go with a permanent permit and without an escort (German practice); its
+#   4.0 m of height less a deck at 1.2 m;
+# * the inloader, which carries panels that stand between its wheels, 9.5 x 1.5 x 3.65 m: data sheets.
+
+
+@dataclass(frozen=True, slots=True)
+class YardRules:
+    """How parts lie in the yard.
+
+    Attributes:
+        gap_m: Free width on plan around a part that is picked, up to the height of a head.
+        stack_parts: Most parts in a stack; 1: no stacks.
+        stack_height_m: Largest height of a stack, dunnage included.
+        stack_kg: Largest mass of a stack.
+        dunnage_m: Thickness of the dunnage between two parts of a stack, rounded up to whole cells.
+        rack_parts: Most walls in a rack; 0: no racks.
+        rack_depth: Depth of a rack's frame behind the last wall, as a share of the highest wall's height, rounded up to
+            whole cells.
+        truck_m: Length, width and height that parts may take on a truck; None: its load has no size.
+    """
+
+    gap_m: float = 0.6
+    stack_parts: int = 10
+    stack_height_m: float = 1.5
+    stack_kg: float = 24_000.0
+    dunnage_m: float = 0.1
+    rack_parts: int = field(default=0, metadata=SPARSE)
+    rack_depth: float = field(default=0.3, metadata=SPARSE)
+    truck_m: tuple[float, float, float] | None = field(default=None, metadata=SPARSE)
+
+
+HEADROOM_M: Final = 2.0
+"""What is higher above the ground is not in the way of a person; assumed."""
+TRUCK_M: Final = (13.6, 3.0, 2.8)
+"""Length, width and height that parts may take on a truck."""
+INLOADER_M: Final = (9.5, 1.5, 3.65)
+"""Room for panels in an inloader."""
+RACKED_THINNESS: Final = 4.0
+"""A wall at least this many times as high as thick on plan stands in a rack; assumed."""
+USUAL_YARD: Final = YardRules(rack_parts=10, truck_m=TRUCK_M)
+TRUCK_KG: Final = 24_000.0
+"""Payload of a truck in a new site file: 40 t (Directive 96/53/EC) less 16 t of tractor and trailer (assumed)."""

@@ -3,39 +3,188 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Building, Element, Role, TriangleMesh
-from bimvox.crane.machine import Machine
+from bimvox.bim.building import Building, Casting, Element, Role, TriangleMesh
+from bimvox.bim.kinds.kind import Confidence
+from bimvox.bim.mass_uncertainty import ASSUMED
+from bimvox.crane.machine import Machine, carries_most
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.errors import GridTooLargeError
-from bimvox.site.catalogue import catalogue, machine_called
+from bimvox.errors import GridTooLargeError, InputError, SelectionError
+from bimvox.site.catalogue import catalogue, machine_called, machines_of
 from bimvox.site.config.crane import CraneConfig
-from bimvox.site.config.rules import RulesConfig
-from bimvox.site.config.site_config import ModelConfig, Polygon, SiteConfig
-from bimvox.site.config.yard import YardConfig
-from bimvox.site.crane_guess import CraneFit, Wanted, compare_cranes, fit_here
-from bimvox.site.demand import Rigs, hook_above_m
-from bimvox.site.extent import site_extent, top_m
-from bimvox.site.ground_level import ground_level
+from bimvox.site.config.gear_file import gear_by_crane, gear_of_site
+from bimvox.site.config.rules import RulesConfig, YardConfig
+from bimvox.site.config.site_config import ComponentConfig, MeansConfig, ModelConfig, Polygon, SiteConfig
+from bimvox.site.crane_guess import Chosen, CraneFit, Wanted, best_set_up, compare_cranes, fit_here
+from bimvox.site.default_rules import FAR_FROM_GROUND_M, TRUCK_KG
+from bimvox.site.demand import Rigs, hook_above_m, means_by
+from bimvox.site.ground import ground_level
 from bimvox.site.lifting import HangsAt, lifting_by
-from bimvox.site.limits import FAR_FROM_GROUND_M
 from bimvox.site.machine import crane_config, cranes_of, machine_config
 from bimvox.site.map_frame import read_from_map
-from bimvox.site.mast_places import ground_plan
-from bimvox.site.means import Means, Reasoned, nothing_to_lift
-from bimvox.site.one_piece import means_by
+from bimvox.site.means import SAY_WHAT, Means, Reasoned, beyond_road, cast_alike, may_be_cast, nothing_to_lift
 from bimvox.site.parts import entries_by_id, is_erected
-from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, place_building
-from bimvox.site.rigging import gear_by_crane, gear_of_site
-from bimvox.site.sized_for import proposed_for, sized_for, with_cast
+from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, place_building, site_extent, top_m
+from bimvox.site.set_ups import ground_plan
 from bimvox.site.yard_guess import yard_need, yards_next_to
-from bimvox.site.yard_rules import TRUCK_KG
+
+# What a crane is sized for: no part of doubtful kind or mass makes it larger than the usual ones.
+#
+# Concrete that nobody says is precast may as well be cast in place. If only a very large crane lifts such a part, that
+# is the likelier reading of the model: the part is cast, and the crane is chosen for the others. What else is doubtful,
+# such as a roof of timber that is drawn in one piece, is not cast: init and plan name it as a part to be set by other
+# means.
+
+USUAL_TM = 300.0
+"""Load moment of the largest tower cranes that are usual in building (professional judgement)."""
+
+_CAST_WHY = (
+    f"no usual crane (up to {USUAL_TM:g} tm) lifts it, or most of its type: concrete that is not said to be precast is "
+    "cast in place"
+)
+
+Yards = tuple[Polygon, ...]
+WantedFor = Callable[[Sequence[Element]], tuple[Sequence[Yards], Wanted]]
+"""Returns candidate yards for parts, and what a crane for them is chosen for."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sized:
+    """A crane, its yard, and what it is not sized for.
+
+    Attributes:
+        yards: The yard.
+        crane: The crane.
+        cast: Ids of the parts that are cast in place instead.
+        serves: How many of the others it lifts from its place.
+    """
+
+    yards: Yards
+    crane: TowerCrane
+    cast: tuple[str, ...] = ()
+    serves: int = 0
+
+
+def _proposed_for(
+    lifted: Sequence[Element], wanted_for: WantedFor, limits: MeansConfig, stated: Collection[str] = frozenset()
+) -> _Sized:
+    """Return the crane and the yard for parts if nobody asks for a machine: see :func:`sized_for`.
+
+    It is a hammerhead, or of another kind if no hammerhead lifts any of them.
+
+    Raises:
+        InputError: If no crane has a place.
+        SelectionError: If all parts are cast, or no machine of the catalogue lifts any.
+    """
+    for machines in (machines_of("hammerhead"), catalogue()):
+        sized = _sized_for(lifted, machines, wanted_for, limits, stated)
+        if sized.serves:
+            return sized
+    rest = [one for one in lifted if one.id not in sized.cast]
+    largest = max(catalogue(), key=lambda machine: carries_most(machine.cranes).chart.capacity_kg[0])
+    strongest = replace(largest, cranes=(carries_most(largest.cranes),))
+    (fit,) = compare_cranes(wanted_for(rest)[1].with_yard(sized.yards), [strongest])
+    raise SelectionError(
+        f"nothing to lift: no machine of the catalogue lifts any of the {len(rest):,} parts; the largest, "
+        f"{fit.machine}, {fit.reason}",
+        hint=f"for a larger machine, --crane {fit.machine} writes a site file to put its load chart into; {SAY_WHAT}",
+    )
+
+
+def _sized_for(
+    lifted: Sequence[Element],
+    machines: Sequence[Machine],
+    wanted_for: WantedFor,
+    limits: MeansConfig,
+    stated: Collection[str] = frozenset(),
+) -> _Sized:
+    """Return the crane and the yard for parts.
+
+    Args:
+        lifted: The parts, in the site frame.
+        machines: Machines to choose from. If all are usual, or none is, no part is cast.
+        wanted_for: What a crane for some of the parts is chosen for.
+        limits: The site file's ``[means]`` table.
+        stated: Ids of parts of which the site file says that the crane lifts them.
+
+    Raises:
+        InputError: If no crane has a place.
+        SelectionError: If all parts are cast.
+    """
+    usual = [machine for machine in machines if machine.load_moment_tm <= USUAL_TM]
+    if not usual or len(usual) == len(machines):
+        yards, crane, unserved = _best(machines, *wanted_for(lifted))
+        return _Sized(yards, crane, serves=len(lifted) - len(unserved))
+    is_doubtful = {one.id: one.id not in stated and _is_doubtful(one, limits) for one in lifted}
+    yards, crane, unserved = _best(usual, *wanted_for(lifted))
+    if not all(is_doubtful[name] for name in unserved):
+        # A part of which the model leaves no doubt needs a larger crane; the doubtful ones do not make it larger still.
+        sensible = [one for one in lifted if not (one.id in unserved and is_doubtful[one.id])]
+        yards, crane, _ = _best(machines, *wanted_for(sensible))
+        unserved = _unserved(crane, yards, wanted_for(lifted)[1])
+    unlifted = {one.id for one in lifted if one.id in unserved and is_doubtful[one.id] and may_be_cast(one, limits)}
+    alike = cast_alike(unlifted, [one for one in lifted if one.id not in stated], limits)
+    cast = tuple(one.id for one in lifted if one.id in alike)
+    rest = [one for one in lifted if one.id not in cast]
+    if not cast:
+        return _Sized(yards, crane, serves=len(lifted) - len(unserved))
+    if not rest:
+        raise SelectionError(
+            f"nothing to lift: no usual crane (up to {USUAL_TM:g} tm) lifts any of the {len(lifted):,} parts, and "
+            "nothing says that they are precast, so they are cast in place",
+            hint=f"if they are lifted, give a larger crane, such as --crane {machines[-1].name}; {SAY_WHAT}",
+        )
+    again = _sized_for(rest, machines, wanted_for, limits, stated)
+    return replace(again, cast=(*cast, *again.cast))
+
+
+def _with_cast(entries: Sequence[ComponentConfig], cast: Sequence[str]) -> tuple[ComponentConfig, ...]:
+    """Return the site file's tables of parts, with those that are cast in place."""
+    known = {entry.global_id for entry in entries}
+    values = {"means": "in_situ", "why": _CAST_WHY}
+    changed = [entry.model_copy(update=values) if entry.global_id in cast else entry for entry in entries]
+    new = (ComponentConfig.model_validate({"global_id": name, **values}) for name in cast if name not in known)
+    return (*changed, *new)
+
+
+def _is_doubtful(element: Element, limits: MeansConfig) -> bool:
+    """Return whether a part may not go up in one piece, or may be much lighter than it is taken to be."""
+    if element.stated_means is not None:
+        return False
+    is_guessed = element.volume_guessed and element.mass_uncertainty >= ASSUMED
+    if may_be_cast(element, limits) or is_guessed:
+        return True
+    if element.casting is Casting.PRECAST:
+        return False
+    return element.judgement.confidence is Confidence.ASSUMED or beyond_road(element, limits) is not None
+
+
+def _best(
+    machines: Sequence[Machine], candidates: Sequence[Yards], wanted: Wanted
+) -> tuple[Yards, TowerCrane, frozenset[str]]:
+    """Return the yard with the best set-up, its crane, and the parts that it does not serve; ties: the earlier yard."""
+    best: tuple[Chosen, Yards] | None = None
+    for yards in candidates:
+        found = best_set_up(machines, wanted.with_yard(yards))
+        if found is not None and (best is None or found.rank < best[0].rank):
+            best = found, yards
+    if best is None:
+        raise InputError(
+            "no crane has a place around the building, clear of the yard and within the plot",
+            hint="give [crane] base_m in the site file, or move the yard",
+        )
+    return best[1], best[0].crane, _unserved(best[0].crane, best[1], wanted)
+
+
+def _unserved(crane: TowerCrane, yards: Yards, wanted: Wanted) -> frozenset[str]:
+    return frozenset(part.component for part in fit_here(wanted.with_yard(yards), crane).unserved)
+
 
 VOXEL_SIZES_M = (0.1, 0.2, 0.25, 0.5, 1.0)
 PLANNING_CELLS = 2_500_000
@@ -81,7 +230,7 @@ def cranes_that_fit(
     Returns:
         None for the crane of a site without one. The machines are in the order given, those of the catalogue by size.
     """
-    placed, lifted = placed_and_lifted(config, building)
+    placed, lifted = _placed_and_lifted(config, building)
     size_m = config.model.voxel_size_m or VOXEL_SIZES_M[0]
     height_m, plan = top_m(placed) + 2 * size_m, ground_plan(placed.elements)
     rigs, cranes = rigs_of(config, lifted), cranes_of(config)
@@ -108,7 +257,7 @@ def complete_config(config: SiteConfig, building: Building, machines: Sequence[M
     config = read_from_map(config, building)
     if config.model.ground_m is None:
         config = config.at_ground(ground_level(building).height_m)
-    placed, lifted = placed_and_lifted(config, building)
+    placed, lifted = _placed_and_lifted(config, building)
     _check_ground(config, placed)
     return complete_with_placed(config, placed, lifted, machines)
 
@@ -147,7 +296,7 @@ def complete_with_placed(
         there = {element.id for element in lifted}
         rounded = replace(placed, elements=tuple(map(_rounded, placed.elements)))
         config = _with_areas_and_crane(config, rounded, [e for e in rounded.elements if e.id in there], machines)
-    size_m = config.model.voxel_size_m or planning_voxel_size_m(config, placed)
+    size_m = config.model.voxel_size_m or _planning_voxel_size_m(config, placed)
     return config.model_copy(update={"model": config.model.model_copy(update={"voxel_size_m": size_m})})
 
 
@@ -156,7 +305,7 @@ def _rounded(element: Element) -> Element:
     return replace(element, mesh=TriangleMesh(vertices_m, element.mesh.faces))
 
 
-def placed_and_lifted(config: SiteConfig, building: Building) -> tuple[Building, list[Element]]:
+def _placed_and_lifted(config: SiteConfig, building: Building) -> tuple[Building, list[Element]]:
     """Return the building in the site frame, and the elements that are lifted."""
     placed = placed_on_site(config, building)
     return placed, lifted_of(config, placed)
@@ -190,7 +339,7 @@ def means_on_site(config: SiteConfig, placed: Building) -> dict[str, Reasoned]:
     return means_by(config, parts, entries)
 
 
-def planning_voxel_size_m(config: SiteConfig, building: Building) -> float:
+def _planning_voxel_size_m(config: SiteConfig, building: Building) -> float:
     """Return the finest usual cell size at which the whole site has at most 2.5 million cells.
 
     Args:
@@ -220,7 +369,7 @@ def _with_areas_and_crane(
     construction = np.array(areas.construction)
     cranes = cranes_of(config)
     wants_crane = config.crane is None
-    rough_m = config.model.voxel_size_m or planning_voxel_size_m(config.model_copy(update={"areas": areas}), building)
+    rough_m = config.model.voxel_size_m or _planning_voxel_size_m(config.model_copy(update={"areas": areas}), building)
     box = np.stack([construction.min(axis=0), construction.max(axis=0)])
 
     def candidates_for(parts: Sequence[Element]) -> list[tuple[Polygon, ...]]:
@@ -240,11 +389,11 @@ def _with_areas_and_crane(
         entries = entries_by_id(config, building.elements)
         stated = {name for name, entry in entries.items() if entry.means == Means.CRANE.value}
         if machines:
-            sized = sized_for(lifted, machines, wanted_for, config.means, stated)
+            sized = _sized_for(lifted, machines, wanted_for, config.means, stated)
         else:
-            sized = proposed_for(lifted, wanted_for, config.means, stated)
+            sized = _proposed_for(lifted, wanted_for, config.means, stated)
         yards, crane = sized.yards, sized.crane
-        config = config.model_copy(update={"component": with_cast(config.component, sized.cast)})
+        config = config.model_copy(update={"component": _with_cast(config.component, sized.cast)})
         chosen: CraneConfig | tuple[CraneConfig, ...] | None = (
             crane_config(crane) if machine_called(crane.name) is None else machine_config(crane)
         )

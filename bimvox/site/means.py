@@ -20,7 +20,7 @@ from bimvox.bim.kinds.correction import SITE_FILE_SAYS
 from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.bim.type_name import type_of
 from bimvox.errors import SelectionError, enumerated
-from bimvox.site.limits import ON_GROUND_M
+from bimvox.site.default_rules import ON_GROUND_M
 from bimvox.site.upright_box import boxes_m, sizes_m
 from bimvox.site.work import Work, kind_of, work_of
 

@@ -7,17 +7,109 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
 
 from bimvox.bim.building import Element, Role, TriangleMesh
 from bimvox.bim.kinds.correction import OUT
 from bimvox.grid.frame import GridFrame
-from bimvox.site.component import NO_HINTS, Component, IntVec, OrderHints, StoredPose
+from bimvox.site.component import NO_HINTS, Component, IntVec, OrderHints, StoredPose, shape_of
 from bimvox.site.config.site_config import ComponentConfig, SiteConfig
 from bimvox.site.config.validation import nearest
 from bimvox.site.means import LIFTED, Means, Reasoned
-from bimvox.site.sail import sail_area_m2
-from bimvox.site.shape import shape_of
+from bimvox.site.work import kind_of
+
+_DIRECTIONS = 36
+_LYING = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+
+
+def sail_area_m2(mesh: TriangleMesh, *, tipped: bool = False) -> float:
+    """Return the largest area that a part presents to a horizontal wind from any direction, m2.
+
+    Per wind direction (every 5 degrees; opposite ones are the same) it is the smaller of two upper bounds of the
+    outline's area: the projected area of all faces, and that of the convex hull (smaller for parts with many inner
+    faces). A closed surface covers its outline twice, so half of its projected area counts (exact for convex parts).
+
+    Args:
+        mesh: The part in its orientation in the building; metres.
+        tipped: Whether it is upended: then its area while it lies counts too.
+    """
+    areas = [_largest(mesh.triangles_m, mesh.vertices_m)]
+    if tipped:
+        areas.append(_largest(mesh.triangles_m @ _LYING.T, mesh.vertices_m @ _LYING.T))
+    return max(areas)
+
+
+def _largest(triangles_m: NDArray[np.float64], vertices_m: NDArray[np.float64]) -> float:
+    angles = np.arange(_DIRECTIONS) * (np.pi / _DIRECTIONS)
+    along = np.stack([np.cos(angles), np.sin(angles), np.zeros(_DIRECTIONS)], axis=1)
+    shown = _shown(triangles_m, along) * (1.0 if _is_closed(triangles_m) else 2.0)
+    try:
+        hull = ConvexHull(vertices_m)
+    except QhullError:  # a flat part has no hull: its faces are exact
+        return float(shown.max(initial=0.0))
+    return float(np.minimum(shown, _shown(vertices_m[hull.simplices], along)).max())
+
+
+def _is_closed(triangles_m: NDArray[np.float64]) -> bool:
+    """Return whether an even number of (N, 3, 3) triangles meets at every edge: then every line crosses them evenly."""
+    _, corners = np.unique(triangles_m.reshape(-1, 3), axis=0, return_inverse=True)
+    edges = np.sort(corners.reshape(-1, 3)[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    _, counts = np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0, return_counts=True)
+    return not (counts % 2).any()
+
+
+def _shown(triangles_m: NDArray[np.float64], along: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (D,) half the projected area of (N, 3, 3) triangles per direction: a closed surface counts it twice."""
+    normals = 0.5 * np.cross(triangles_m[:, 1] - triangles_m[:, 0], triangles_m[:, 2] - triangles_m[:, 0])
+    half: NDArray[np.float64] = 0.5 * np.abs(normals @ along.T).sum(axis=0)
+    return half
+
+
+def order_hints(
+    config: SiteConfig, elements: Sequence[Element], first: frozenset[str], connections: Sequence[tuple[str, str]]
+) -> Mapping[str, OrderHints]:
+    """Return the hints of every component. Tasks of a programme take the place of those in the building file.
+
+    Args:
+        config: The site file.
+        elements: The components, in the site frame.
+        first: Ids of those that the site file asks for first.
+        connections: Pairs of ids that the building file connects.
+    """
+    programme = config.programme
+    zones = [zone for zone in config.zone if zone.kind == "assembly"]
+    polygons = [shapely.Polygon(zone.polygon) for zone in zones]
+    heights = sorted({e.storey_height_m for e in elements if e.storey_height_m is not None})
+    rank = {height: n for n, height in enumerate(heights)}
+    partners: dict[str, set[str]] = {}
+    for one, other in connections:
+        partners.setdefault(one, set()).add(other)
+        partners.setdefault(other, set()).add(one)
+    hints = {}
+    for element in elements:
+        centre = shapely.Point(*(float(v) for v in np.mean(element.mesh.bounds_m, axis=0)[:2]))
+        zone = next((n for n, polygon in enumerate(polygons) if polygon.covers(centre)), None)
+        by_storey = config.sequence.storeys and element.storey_height_m is not None
+        by_task = config.sequence.schedule
+        task: tuple[str | None, int | None] = (element.task, element.task_rank)
+        if programme is not None:
+            set_by = programme.task_of(element)
+            task = (None, None) if set_by is None else (set_by.name, set_by.rank)
+        hints[element.id] = OrderHints(
+            first=element.id in first,
+            zone=zone,
+            zone_name=None if zone is None else zones[zone].name or f"assembly zone {zone + 1}",
+            task=task[0] if by_task else None,
+            task_rank=task[1] if by_task else None,
+            storey_rank=rank[element.storey_height_m] if by_storey and element.storey_height_m is not None else None,
+            assembly=element.assembly,
+            connected=tuple(sorted(partners.get(element.id, ()))),
+            rank=getattr(config.sequence.ranks, kind_of(element)) if config.sequence.storeys else None,
+        )
+    return hints
+
 
 _UPRIGHT_CLASSES = frozenset({"IfcColumn", "IfcMember", "IfcPile", "Mesh"})
 _SLENDER = 2.0
@@ -132,7 +224,7 @@ def component_of(
 
 
 @dataclass(frozen=True, slots=True)
-class StoredAs:
+class _StoredAs:
     """What the site file says of a component, and whether it is upended; the fields are those of ``Component``."""
 
     start_vox: IntVec | None
@@ -143,7 +235,7 @@ class StoredAs:
     erected: bool
 
 
-def stored_as(element: Element, entry: ComponentConfig | None, frame: GridFrame) -> StoredAs:
+def stored_as(element: Element, entry: ComponentConfig | None, frame: GridFrame) -> _StoredAs:
     """Return how a component is stored, and its place in the order, as the site file says.
 
     Args:
@@ -152,13 +244,13 @@ def stored_as(element: Element, entry: ComponentConfig | None, frame: GridFrame)
         frame: Frame of the grid.
     """
     if entry is None:
-        return StoredAs(None, None, None, (), (), is_erected(element))
+        return _StoredAs(None, None, None, (), (), is_erected(element))
     start_vox: IntVec | None = None
     if entry.start is not None:
         x, y, z = (int(n) for n in frame.cell_of((*entry.start, 0.0)[:3]))
         start_vox = (x, y, z)
     erected = is_erected(element) and not entry.turn if entry.pose is None else entry.pose is not StoredPose.AS_BUILT
-    return StoredAs(start_vox, entry.pose, entry.turn, entry.before, entry.after, erected)
+    return _StoredAs(start_vox, entry.pose, entry.turn, entry.before, entry.after, erected)
 
 
 def is_erected(element: Element) -> bool:

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+import hashlib
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
-from enum import StrEnum
+from dataclasses import dataclass, field, fields, is_dataclass
+from enum import Enum, StrEnum
 from math import pi
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.bim.building import part_name as part_name
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.kept import kept
-from bimvox.site.building_times import FIELD_BUILDING, BuildingTimes
-from bimvox.site.casting import FIELD_CASTING, Casting, Curing
+from bimvox.site.casting import FIELD_BUILDING, FIELD_CASTING, BuildingTimes, Casting, Curing
 from bimvox.site.component import Component
 from bimvox.site.crew_times import FIELD_TIMES, TimesByWork
-from bimvox.site.default_rules import Kept
-from bimvox.site.yard_rules import YardRules
-from bimvox.sparse import SPARSE
+from bimvox.site.default_rules import Kept, YardRules
+from bimvox.sparse import SPARSE, names_to_write
 
 GROUND_ID = "ground"
 CRANE_ID = "crane"
@@ -263,3 +265,87 @@ class Site:
         """(X, Y, Z)."""
         x, y, z = self.labels.shape
         return (x, y, z)
+
+
+BESIDE_M = 3.0
+"""Parts that are no further apart stand next to each other: as far as the props of a braced wall reach."""
+_SLACK_M = 0.01
+"""More than the boxes lose when a site is written and read."""
+
+
+@kept
+def parts_beside(site: Site) -> NDArray[np.bool_]:
+    """Return (N, N) whether two components stand next to each other, are connected, or have a given order.
+
+    Their distance is that of their boxes.
+    """
+    bounds_m = np.array([part.mesh.bounds_m for part in site.components]).reshape(-1, 2, 3)
+    near = np.ones((len(bounds_m), len(bounds_m)), np.bool_)
+    for low_m, high_m in zip(bounds_m[:, 0].T, bounds_m[:, 1].T, strict=True):
+        near &= low_m[:, None] - high_m <= BESIDE_M + _SLACK_M
+    near &= near.T
+    numbers = {part.id: part.index for part in site.components}
+    for part in site.components:
+        named = [numbers[one] for one in (*part.hints.connected, *part.before, *part.after) if one in numbers]
+        near[part.index, named] = near[named, part.index] = True
+    near.flags.writeable = False
+    return near
+
+
+def names_by_id(site: Site) -> dict[str, str]:
+    """Return the name of every part and of every structure that has one, by its id."""
+    structure = {one.id: part_name(one.id, one.name) for one in site.blockers if one.name}
+    return structure | {part.id: part_name(part.id, part.name, part.ifc_class) for part in site.components}
+
+
+def with_names(text: str, names: Mapping[str, str]) -> str:
+    """Return a text in which the ids of parts are replaced by their names; an id in brackets stays."""
+    longest_first = sorted(names, key=len, reverse=True)
+    if not longest_first:
+        return text
+    known = "|".join(re.escape(id_) for id_ in longest_first)
+    return re.sub(rf"(?<![\w$#(])(?:{known})(?![\w$#])", lambda found: names[found[0]], text)
+
+
+class _Hash(Protocol):
+    def update(self, data: bytes, /) -> None: ...
+
+
+def digest_of(*values: object) -> str:
+    """Return the SHA-256 over plain values, arrays, dataclasses, and tuples, lists and mappings of them.
+
+    Type and length precede every value, so that different contents never give the same bytes.
+
+    Raises:
+        TypeError: If a value is of another type.
+    """
+    hashed = hashlib.sha256()
+    _add(hashed, values)
+    return hashed.hexdigest()
+
+
+def _add(hashed: _Hash, value: object) -> None:
+    if isinstance(value, np.ndarray):
+        little = value.dtype.newbyteorder("<")
+        hashed.update(f"array {little.str} {value.shape}\n".encode())
+        hashed.update(np.ascontiguousarray(value, dtype=little).tobytes())
+    elif isinstance(value, Enum):
+        _add(hashed, value.value)
+    elif value is None or isinstance(value, bool | int | float | str | bytes | np.number):
+        plain = value.item() if isinstance(value, np.number) else value
+        text = repr(plain).encode()
+        hashed.update(f"{type(plain).__name__} {len(text)}\n".encode() + text)
+    elif is_dataclass(value) and not isinstance(value, type):
+        names = names_to_write(value)
+        hashed.update(f"{type(value).__name__} {len(names)}\n".encode())
+        for name in names:
+            _add(hashed, name)
+            _add(hashed, getattr(value, name))
+    elif isinstance(value, Mapping):
+        _add(hashed, tuple(sorted(value.items())))
+    elif isinstance(value, tuple | list):
+        hashed.update(f"list {len(value)}\n".encode())
+        for item in value:
+            _add(hashed, item)
+    else:
+        raise TypeError(f"cannot hash a {type(value).__name__}")

@@ -21,12 +21,11 @@ from bimvox.crane.outline import mast_box_m
 from bimvox.crane.reach import distances_m, highest_hooks_m, radii_for_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import ConfigError
+from bimvox.site.areas import NO_HOOK, NO_LOAD, PLAN, hull, shadow
+from bimvox.site.checks import check_cranes
+from bimvox.site.config.gear_file import gear_by_crane
 from bimvox.site.config.site_config import Polygon, SiteConfig, ZoneConfig
-from bimvox.site.crane_checks import check_cranes
 from bimvox.site.demand import Demand, Rigs
-from bimvox.site.outlines import PLAN, hull, shadow
-from bimvox.site.rigging import gear_by_crane
-from bimvox.site.zones import NO_HOOK, NO_LOAD
 
 _PITCH_M = 1.0
 _MOST_POINTS = 4000
@@ -34,7 +33,7 @@ _RINGS_M = 5.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ring:
+class _Ring:
     """What a crane carries at a radius: the permitted share of its load chart, less hook block and usual rigging."""
 
     radius_m: float
@@ -59,7 +58,7 @@ class Tried:
     radius_m: NDArray[np.float64]
     crane: NDArray[np.int64]
     reasons: tuple[str | None, ...]
-    rings: tuple[tuple[Ring, ...], ...]
+    rings: tuple[tuple[_Ring, ...], ...]
     problems: tuple[str, ...]
 
 
@@ -248,9 +247,9 @@ def closed_over(zones: Sequence[ZoneConfig], places_m: NDArray[np.float64]) -> N
     return found.astype(np.str_)
 
 
-def _rings(crane: TowerCrane, most_used: float) -> tuple[Ring, ...]:
+def _rings(crane: TowerCrane, most_used: float) -> tuple[_Ring, ...]:
     """Return rings every few metres, and at the end of the chart."""
     low_m, end_m = crane.min_radius_m, crane.jib_length_m
     radii = [n * _RINGS_M for n in range(1, int(end_m / _RINGS_M) + 1) if low_m < n * _RINGS_M < end_m - 0.5]
     carried = most_used * capacity_kg(crane.chart, np.array([*radii, end_m])) - crane.tackle_kg
-    return tuple(Ring(radius, max(0.0, kg)) for radius, kg in zip((*radii, end_m), carried.tolist(), strict=True))
+    return tuple(_Ring(radius, max(0.0, kg)) for radius, kg in zip((*radii, end_m), carried.tolist(), strict=True))

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from bimvox.bim.building import Element
 from bimvox.crane.reach import MAST_CLEARANCE_M
 from bimvox.site.config.site_config import Polygon
+from bimvox.site.default_rules import TRUCK_M
 from bimvox.site.parts import is_erected
-from bimvox.site.yard_rules import TRUCK_M
 
 TYPICAL_PARTS = 25
 """Parts that the yard should hold at once, because parts come in truckloads."""

@@ -25,10 +25,9 @@ from bimvox.planning.stage import Obstacle, Stage, turning_stage
 from bimvox.records.lift import LOAD_IS_HELD, NOT_DRIVEN, LeftPath, Lift, Method, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
 from bimvox.records.track import turn_back_s
-from bimvox.site.collision import CollisionSpace
+from bimvox.site.collision import CollisionSpace, any_heading_space, turning_space
 from bimvox.site.component import IntVec
 from bimvox.site.site import Site
-from bimvox.site.turning import any_heading_space, turning_space
 from bimvox.stop.brake_axes import EmergencyStop
 from bimvox.stop.choose_stop import manoeuvre, motion_is_free
 from bimvox.stop.resume import interrupted, resume, resume_cells, spliced

@@ -118,7 +118,7 @@ _SWING = {
 
 
 def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None:
-    from bimvox.site.part_names import part_name, with_names  # heavy
+    from bimvox.site.site import part_name, with_names  # heavy
 
     lifts = document["lifts"]
     cranes = ("crane",) if document["figures"].get("cranes") else ()

@@ -27,8 +27,7 @@ def cranes(site: Path | None, *, crane: str | None = None, progress: Progress) -
         ConfigError: If the site file is wrong.
         InputError: If the catalogue has no such crane, or the model cannot be used.
     """
-    from bimvox.site.catalogue import catalogue
-    from bimvox.site.machine_names import machines_called
+    from bimvox.site.catalogue import catalogue, machines_called
 
     machines = catalogue() if crane is None else machines_called(crane)
     if site is None:

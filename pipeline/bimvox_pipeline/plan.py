@@ -26,7 +26,7 @@ from bimvox.progress import Progress
 from bimvox.records.lift import LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import needed_by_ns, not_lifted_groups
-from bimvox.site.part_names import names_by_id
+from bimvox.site.site import names_by_id
 from bimvox.workers import Workers
 
 

@@ -29,7 +29,7 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
 
         return site_json_schema()
     if name == "crane":
-        from bimvox.site.config.machine_file import machine_json_schema
+        from bimvox.site.config.crane import machine_json_schema
 
         return machine_json_schema()
     if name == "gear":

@@ -49,14 +49,13 @@ def init(
     from bimvox.bim.read import read_building
     from bimvox.rendering.report.drawing_file import drawing_file
     from bimvox.rendering.report.site_drawing import drawing_of_site
+    from bimvox.site.catalogue import machines_called
     from bimvox.site.config.kind_file import corrections_in
     from bimvox.site.config.site_config import ModelConfig, SiteConfig
     from bimvox.site.config.template import precast_line, site_toml
-    from bimvox.site.guess import cranes_that_fit, ground_why, guess_site
+    from bimvox.site.guess import USUAL_TM, cranes_that_fit, ground_why, guess_site
     from bimvox.site.kind_rows import kind_rows
-    from bimvox.site.machine_names import machines_called
     from bimvox.site.means import Means
-    from bimvox.site.sized_for import USUAL_TM
 
     machines = () if crane is None else machines_called(crane)
     require_input(model)

@@ -28,9 +28,9 @@ from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
 from bimvox.records.motion import PhaseName
 from bimvox.records.steps import by_other_means, needed_by_ns
-from bimvox.site.beside import parts_beside
 from bimvox.site.build import with_digests
 from bimvox.site.means import Means
+from bimvox.site.site import parts_beside
 
 
 def planned(site):

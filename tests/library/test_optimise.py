@@ -17,8 +17,8 @@ from bimvox.library.optimise import with_set_up
 from bimvox.library.set_up_search.choose import search_set_ups
 from bimvox.library.set_up_search.set_up import Effort
 from bimvox.progress import SilentProgress
+from bimvox.site.catalogue import machines_called
 from bimvox.site.machine import cranes_of
-from bimvox.site.machine_names import machines_called
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 

@@ -14,7 +14,7 @@ from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.log.scene import STATE_RGBA, SceneUpdates, component_frame
 from bimvox.log.transforms import voxel_grid
 from bimvox.rendering.pictures.cranes import crane_parts
-from bimvox.site.construction import ConstructionState
+from bimvox.site.component import ConstructionState
 
 UNBUILT, IN_TRANSIT, ASSEMBLED = ConstructionState.UNBUILT, ConstructionState.IN_TRANSIT, ConstructionState.ASSEMBLED
 

@@ -7,8 +7,7 @@ from log_building import tiny_plan
 from bimvox.log.scene import StatesAtStarts, states_before
 from bimvox.records.lift import Lift, Status, YardPlace
 from bimvox.records.track import LiftTimes
-from bimvox.site.component import StoredPose
-from bimvox.site.construction import ConstructionState
+from bimvox.site.component import ConstructionState, StoredPose
 
 UNBUILT, ASSEMBLED = ConstructionState.UNBUILT, ConstructionState.ASSEMBLED
 SHAPE = tiny_plan().site.components[0].shape

@@ -10,7 +10,7 @@ from turning_sites import turning_site
 from bimvox.crane.kinematics import hook_of
 from bimvox.log.track import crane_track
 from bimvox.rendering.pictures.film_scene import rotation
-from bimvox.site.shape import turned_cells
+from bimvox.site.component import turned_cells
 
 BEAM = 2
 

@@ -12,7 +12,7 @@ from bimvox.errors import NoPlanError
 from bimvox.library.arguments import PolicyWish
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
-from bimvox.site.obstructions import crowd
+from bimvox.site.obstructions import many
 
 
 def boxes_in(low, high, count):
@@ -23,7 +23,7 @@ def boxes_in(low, high, count):
 
 
 def test_a_crowd_of_obstructions_is_planned_and_proven(site_folder, monkeypatch):
-    monkeypatch.setattr(crowd, "MOST_SINGLE", 5)
+    monkeypatch.setattr(many, "MOST_SINGLE", 5)
     site = read_log(site_folder / "frame.mcap").plan.site
     part = site.components[0]
     low = site.frame.corner_of(part.target_vox)

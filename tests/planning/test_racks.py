@@ -15,8 +15,8 @@ from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.remarks.remarks import remarks_of
 from bimvox.site.component import StoredPose
+from bimvox.site.default_rules import YardRules
 from bimvox.site.site import Blocker, Rules, Site
-from bimvox.site.yard_rules import YardRules
 
 RACKS = YardRules(rack_parts=10)
 YARD = ((24.0, 0.0), (64.0, 50.0))

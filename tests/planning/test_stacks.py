@@ -15,8 +15,8 @@ from bimvox.planning.planner import plan_lifts
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import LiftPlan, Status, YardPlace
 from bimvox.site.component import StoredPose
+from bimvox.site.default_rules import YardRules
 from bimvox.site.site import Rules, Site
-from bimvox.site.yard_rules import YardRules
 
 
 def planned(site: Site) -> LiftPlan:

@@ -14,8 +14,8 @@ from bimvox.planning.yard import Truckload, fit_trucks
 from bimvox.proof.plan import verify_plan
 from bimvox.proof.storage import _has_room
 from bimvox.records.lift import LiftPlan
+from bimvox.site.default_rules import TRUCK_M, YardRules
 from bimvox.site.site import Site
-from bimvox.site.yard_rules import TRUCK_M, YardRules
 
 TRUCK = YardRules(truck_m=TRUCK_M)
 

@@ -15,8 +15,8 @@ from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
+from bimvox.site.collision import turning_shape
 from bimvox.site.site import Blocker, HeadingRule
-from bimvox.site.turning import turning_shape
 
 BEAM = 2  # its lift
 

@@ -38,7 +38,7 @@ from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.site.crew_times import CrewTimes
-from bimvox.site.sail import sail_area_m2
+from bimvox.site.parts import sail_area_m2
 from bimvox.site.site import HookHeights, Rules, Site
 from bimvox.site.work import Work
 from bimvox.stop.choose_stop import manoeuvre
@@ -356,7 +356,7 @@ MUTANTS: dict[str, Mutant] = {
         one_too_heavy,
         "reach",
         {
-            "bimvox.site.hook_room.hook_floor": given(mass_kg=times(1.0 / 1.1)),
+            "bimvox.site.collision.hook_floor": given(mass_kg=times(1.0 / 1.1)),
             "bimvox.planning.stage.allowed_radii_m": given(mass_kg=times(1.0 / 1.1)),
         },
     ),
@@ -364,7 +364,7 @@ MUTANTS: dict[str, Mutant] = {
         one_out_of_reach,
         "reach",
         {
-            "bimvox.site.hook_room.crane_for": returning(lambda own: replace(own, jib_length_m=own.jib_length_m + 3.0)),
+            "bimvox.site.collision.crane_for": returning(lambda own: replace(own, jib_length_m=own.jib_length_m + 3.0)),
             "bimvox.planning.assembly.refused_by_crane": always(None),
         },
     ),
@@ -430,12 +430,12 @@ MUTANTS: dict[str, Mutant] = {
     "turning as if its heading were kept": Mutant(
         turned_beside_a_tower,
         "motion_cells",
-        {"bimvox.site.turning.turning_shape": lambda own: lambda component: component.shape},
+        {"bimvox.site.collision.turning_shape": lambda own: lambda component: component.shape},
     ),
     "turning without room": Mutant(
         turned_beside_a_tower,
         "cells",
-        {"bimvox.site.turning.turning_shape": lambda own: lambda component: component.shape},
+        {"bimvox.site.collision.turning_shape": lambda own: lambda component: component.shape},
     ),
     "no tag lines for a kept heading": Mutant(
         turned_beside_a_tower,

@@ -12,7 +12,7 @@ from bimvox.proof.plan import verify_plan
 from bimvox.proof.site_rules import check_wind
 from bimvox.records.lift import ModelledClash, Status
 from bimvox.records.proof import Check
-from bimvox.site.sail import sail_area_m2
+from bimvox.site.parts import sail_area_m2
 from bimvox.site.site import Blocker, Rules
 
 PORTAL = [

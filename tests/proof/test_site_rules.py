@@ -21,7 +21,7 @@ from bimvox.proof import site_rules
 from bimvox.proof.moment import Thing
 from bimvox.proof.site_rules import _around_rope, _closes, check_rope_margin, check_wind, first_of
 from bimvox.records.proof import Check
-from bimvox.site.sail import sail_area_m2
+from bimvox.site.parts import sail_area_m2
 from bimvox.site.site import Rules, Site
 
 

@@ -8,8 +8,8 @@ from slab_yards import slab_site
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.proof.plan import verify_plan
+from bimvox.site.default_rules import YardRules
 from bimvox.site.site import Blocker, Rules
-from bimvox.site.yard_rules import YardRules
 
 
 @pytest.fixture(scope="module")

@@ -20,8 +20,8 @@ from bimvox.records.programme import PERCENTILES, _WorkingDays, added_ns
 from bimvox.remarks.rules import LATE
 from bimvox.rendering.report.page import programme
 from bimvox.rendering.report.record import record_of
+from bimvox.site.config.calendar import UncertaintyConfig
 from bimvox.site.config.file import parse_site_config
-from bimvox.site.config.uncertainty import UncertaintyConfig
 from bimvox.site.work import Work
 from bimvox.site.working_hours import WorkingHours
 

@@ -20,7 +20,7 @@ from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import Phase, PhaseName
 from bimvox.records.proof import Remark, Severity
 from bimvox.remarks.remarks import remarks_of
-from bimvox.site.fictitious import fictitious_machines
+from bimvox.site.catalogue import fictitious_machines
 
 
 def carried_at(height_vox: int) -> LiftPlan:

@@ -14,8 +14,8 @@ from bimvox.records.motion import LiftMotion
 from bimvox.remarks.conditions import conditions_of
 from bimvox.remarks.remarks import remarks_of
 from bimvox.remarks.rules import LOW_WIND, SMALL_CLEARANCE
-from bimvox.site.governing_wind import governing_wind
-from bimvox.site.sail import sail_area_m2
+from bimvox.site.lifting import governing_wind
+from bimvox.site.parts import sail_area_m2
 from bimvox.site.site import Rules
 
 Planned = tuple[LiftPlan, tuple[LiftMotion, ...]]

@@ -16,7 +16,7 @@ from bimvox.planning.planner import plan_lifts
 from bimvox.planning.stage import refused_by_crane
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
-from bimvox.site.access import check_access, ground_of, unloading_columns
+from bimvox.site.checks import check_access, ground_of, unloading_columns
 from bimvox.site.config.file import parse_site_config
 from bimvox.site.config.site_config import AreasConfig
 from bimvox.site.config.template import site_toml

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from box_sites import box_site
 
-from bimvox.site.beside import parts_beside
 from bimvox.site.component import OrderHints
+from bimvox.site.site import parts_beside
 
 
 def column(name, x_m, **more):

@@ -24,9 +24,9 @@ from bimvox.site.config.site_config import (
     SiteConfig,
     ZoneConfig,
 )
-from bimvox.site.extent import site_extent
 from bimvox.site.lifting import crane_for, hung_kg
 from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
+from bimvox.site.placement import site_extent
 from bimvox.site.site import Site
 
 CONSTRUCTION = ((-1.0, -1.0), (9.0, -1.0), (9.0, 6.0), (-1.0, 6.0))

@@ -6,7 +6,7 @@ import pytest
 from box_buildings import box_element
 
 from bimvox.bim.kinds.kind import Kind
-from bimvox.site.building_times import FIELD_BUILDING, built_and_wait_s
+from bimvox.site.casting import FIELD_BUILDING, built_and_wait_s
 
 WALL = box_element("wall", (0, 0, 0), (5.0, 0.2, 3.0)).mesh
 SIDE_M2 = 5.0 * 3.0 + 5.0 * 0.2 + 3.0 * 0.2

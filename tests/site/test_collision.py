@@ -12,7 +12,7 @@ from bimvox.site.collision import (
     hook_is_free,
     placement_is_free,
 )
-from bimvox.site.shape import shape_of
+from bimvox.site.component import shape_of
 
 GRID = (5, 4, 6)
 shapes = st.lists(

@@ -2,9 +2,7 @@
 
 import pytest
 
-from bimvox.site.config.calendar import CalendarConfig
-from bimvox.site.config.costs import CostsConfig, MachineCosts
-from bimvox.site.costs import month_h, rates_of
+from bimvox.site.config.calendar import CalendarConfig, CostsConfig, MachineCosts, month_h, rates_of
 
 COSTS = CostsConfig(tower_month_per_tm=10.0, mobile_hour=200.0, person_hour=50.0, set_up=1000.0, set_up_per_tm=5.0)
 WEEK = CalendarConfig(days=("Mon", "Tue", "Wed"), shifts=("08:00-12:00",), breaks=())

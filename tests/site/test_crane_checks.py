@@ -6,8 +6,8 @@ import pytest
 from box_sites import test_crane
 
 from bimvox.errors import ConfigError
+from bimvox.site.checks import check_cranes, crane_key
 from bimvox.site.config.file import parse_site_config
-from bimvox.site.crane_checks import check_cranes, crane_key
 
 CONFIG = parse_site_config('[model]\npath = "m.ifc"\n', "s.toml")
 LOW = dataclasses.replace(test_crane(height=20.0), name="low", jib_length_m=20.0)

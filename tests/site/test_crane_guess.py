@@ -16,7 +16,7 @@ from bimvox.crane.reach import MARGIN_M, MAST_CLEARANCE_M, allowed_radii_m
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
 from bimvox.site.config.site_config import AreasConfig, ModelConfig, RulesConfig, SiteConfig, ZoneConfig
 from bimvox.site.crane_guess import ROOMY, Wanted, best_set_up, compare_cranes, fit_here
-from bimvox.site.mast_places import ground_plan
+from bimvox.site.set_ups import ground_plan
 
 HALL = shapely.box(0.0, 0.0, 20.0, 12.0)
 YARD = (((0.0, -14.0), (10.0, -14.0), (10.0, -4.0), (0.0, -4.0)),)

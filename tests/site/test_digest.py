@@ -4,7 +4,7 @@ from enum import StrEnum
 import numpy as np
 import pytest
 
-from bimvox.site.digest import digest_of
+from bimvox.site.site import digest_of
 
 
 @dataclass(frozen=True)

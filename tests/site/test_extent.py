@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from bimvox.crane.outline import mast_box_m
 from bimvox.errors import ConfigError, GridTooLargeError
 from bimvox.site.config.site_config import AreasConfig, GridConfig, ModelConfig, SiteConfig
-from bimvox.site.extent import HEADROOM_M, MARGIN_VOX, site_extent, top_m
+from bimvox.site.placement import HEADROOM_M, MARGIN_VOX, site_extent, top_m
 
 YARD = (((12.0, 0.0), (20.0, 0.0), (20.0, 5.0), (12.0, 5.0)),)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from box_sites import box_site, test_crane
 
-from bimvox.site.governing_wind import governing_wind
+from bimvox.site.lifting import governing_wind
 
 PARTS = [("heavy", (1.0, 1.0, 0.0), (2.0, 2.0, 1.0)), ("sheet", (4.0, 1.0, 0.0), (4.1, 3.0, 2.0))]
 

@@ -8,7 +8,7 @@ from hills import hill, terrain
 from bimvox.bim.building import Building, Role, Storey, TriangleMesh
 from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
 from bimvox.errors import SelectionError
-from bimvox.site.ground_level import ground_level, heights_at, terrain_of
+from bimvox.site.ground import ground_level, heights_at, terrain_of
 
 
 def house(*, slab=(-0.3, 0.0), basement=True, up=0.0, more=(), storeys=(("Erdgeschoss", 0.0),)) -> Building:

@@ -14,7 +14,7 @@ from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.errors import ConfigError, SelectionError
 from bimvox.site.build import PlacedModel, build_site
-from bimvox.site.catalogue import machine_called, machines_of
+from bimvox.site.catalogue import FICTITIOUS, machine_called, machines_called, machines_of
 from bimvox.site.config.crane import CraneConfig, OverrideConfig
 from bimvox.site.config.site_config import (
     AreasConfig,
@@ -24,14 +24,11 @@ from bimvox.site.config.site_config import (
     ModelConfig,
     SiteConfig,
 )
-from bimvox.site.extent import site_extent
-from bimvox.site.fictitious import FICTITIOUS
 from bimvox.site.guess import PLANNING_CELLS, VOXEL_SIZES_M, complete_config, cranes_that_fit, guess_site
 from bimvox.site.machine import crane_config, crane_of
-from bimvox.site.machine_names import machines_called
 from bimvox.site.means import Means, means_of
 from bimvox.site.parts import centre_of_mass_m
-from bimvox.site.placement import place_building
+from bimvox.site.placement import place_building, site_extent
 from bimvox.site.trial import yard_points
 
 HOUSE = guess_site(frame_house(), ModelConfig(path="models/house.ifc"))

@@ -5,7 +5,7 @@ import pytest
 from box_sites import box_mesh
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.site.lifting_points import assumed_points, usable_anchors
+from bimvox.site.lifting import assumed_points, usable_anchors
 
 BEAM = box_mesh((0, 0, 0), (8, 0.4, 0.6))
 PLATE = box_mesh((0, 0, 0), (8, 2, 0.2))

@@ -2,7 +2,7 @@ import pytest
 from named_cranes import BUILT_IN
 
 from bimvox.errors import InputError
-from bimvox.site.machine_names import KINDS, machines_called
+from bimvox.site.catalogue import KINDS, machines_called
 
 
 def test_machines_are_found_by_kind_and_by_name():

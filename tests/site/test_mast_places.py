@@ -13,11 +13,11 @@ from box_sites import box_mesh
 
 from bimvox.bim.building import Element, TriangleMesh
 from bimvox.crane.outline import mast_box_m
+from bimvox.site.areas import PLAN, hull, shadow
 from bimvox.site.catalogue import machine_called, machines_of
 from bimvox.site.config.site_config import AreasConfig, ModelConfig, SiteConfig
 from bimvox.site.crane_guess import Wanted, best_set_up, fit_here
-from bimvox.site.mast_places import MastPlaces, ground_plan
-from bimvox.site.outlines import PLAN, hull, shadow
+from bimvox.site.set_ups import MastPlaces, ground_plan
 
 YARD = (((0.0, -14.0), (10.0, -14.0), (10.0, -4.0), (0.0, -4.0)),)
 CONFIG = SiteConfig(model=ModelConfig(path="a.ifc"), areas=AreasConfig(yard=YARD))

@@ -10,8 +10,8 @@ from box_buildings import box_element
 from bimvox.bim.building import Casting
 from bimvox.site.config.crane import CraneConfig
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
+from bimvox.site.demand import means_by
 from bimvox.site.means import Means
-from bimvox.site.one_piece import means_by
 
 HEAVY = {
     "long floor": box_element("part", (0, 0, 3), (34, 3, 3.25), ifc_class="IfcSlab"),

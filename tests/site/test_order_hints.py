@@ -3,8 +3,7 @@ from box_buildings import box_element
 
 from bimvox.errors import ConfigError
 from bimvox.site.config.site_config import ModelConfig, RanksConfig, SequenceConfig, SiteConfig, ZoneConfig
-from bimvox.site.order_hints import order_hints
-from bimvox.site.parts import first_ids
+from bimvox.site.parts import first_ids, order_hints
 
 PARTS = [
     box_element("a", (0, 0, 0), (1, 1, 1), storey_height_m=3.0, task="lay", task_rank=4, assembly="frame"),

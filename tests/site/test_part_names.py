@@ -6,7 +6,7 @@ import pytest
 from box_sites import box_site
 from log_building import tiny_log
 
-from bimvox.site.part_names import names_by_id, part_name, with_names
+from bimvox.site.site import names_by_id, part_name, with_names
 
 
 @pytest.mark.parametrize(

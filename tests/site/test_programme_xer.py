@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from xer_files import xer_text
 
 from bimvox.errors import ConfigError
-from bimvox.site.programme import Programme, read_programme
-from bimvox.site.programme_xer import read_xer
+from bimvox.site.programme import Programme, read_programme, read_xer
 
 WALL_ID = "0aaaaaaaaaaaaaaaaaaaaa"
 TASKS = [

@@ -5,7 +5,7 @@ import pytest
 from bimvox.crane.gear import GearKind
 from bimvox.errors import ConfigError
 from bimvox.site.config.file import named_files, parse_site_config
-from bimvox.site.rigging import gear_by_crane, gear_of_site
+from bimvox.site.config.gear_file import gear_by_crane, gear_of_site
 
 OWN = b"""
 name = "our chains"

@@ -3,7 +3,7 @@ import pytest
 from box_buildings import box_element
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.site.sail import sail_area_m2
+from bimvox.site.parts import sail_area_m2
 
 
 def joined(*meshes: TriangleMesh) -> TriangleMesh:

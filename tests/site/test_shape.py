@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bimvox.site.component import StoredPose
-from bimvox.site.shape import (
+from bimvox.site.component import (
+    StoredPose,
     erection_size_vox,
     shape_of,
     stored_shape,

@@ -11,11 +11,9 @@ from box_buildings import box_element, building_of
 from bimvox.bim.building import Casting
 from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
 from bimvox.errors import SelectionError
-from bimvox.site.catalogue import machine_called
+from bimvox.site.catalogue import machine_called, machines_called
 from bimvox.site.config.site_config import ComponentConfig, ModelConfig, SiteConfig
-from bimvox.site.guess import complete_config, cranes_that_fit, guess_site, rigs_of
-from bimvox.site.machine_names import machines_called
-from bimvox.site.sized_for import USUAL_TM
+from bimvox.site.guess import USUAL_TM, complete_config, cranes_that_fit, guess_site, rigs_of
 
 MODEL = ModelConfig(path="a.ifc")
 LIGHT = [box_element(f"beam-{n}", (6.0 * n, 0, 3), (6.0 * n + 5, 0.3, 3.5), ifc_class="IfcBeam") for n in range(5)]

@@ -2,9 +2,8 @@ import numpy as np
 from box_sites import box_site
 
 from bimvox.planning.occupancy import Occupancy
-from bimvox.site.collision import placement_is_free
+from bimvox.site.collision import grown_cells, in_transit, margin_vox, placement_is_free
 from bimvox.site.site import Rules
-from bimvox.site.transit_clearance import grown_cells, in_transit, margin_vox
 
 
 def test_whole_cells_are_kept():

@@ -8,10 +8,9 @@ import pytest
 from weakened_rules import DEFAULT, EVERY
 
 from bimvox.site.casting import Curing
-from bimvox.site.config.rules import RulesConfig
+from bimvox.site.config.rules import MORE_IS_WEAKER, NONE_IS_WEAKER, RulesConfig, weaker_rules
 from bimvox.site.crew_times import FIELD_TIMES
 from bimvox.site.site import Rules
-from bimvox.site.weaker_rules import MORE_IS_WEAKER, NONE_IS_WEAKER, weaker_rules
 
 
 def test_the_defaults_are_not_weaker_than_themselves() -> None:

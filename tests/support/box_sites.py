@@ -13,8 +13,7 @@ from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.grid.frame import GridFrame, Label
 from bimvox.site.build import labels_of
-from bimvox.site.component import Component
-from bimvox.site.shape import shape_of
+from bimvox.site.component import Component, shape_of
 from bimvox.site.site import GROUND_ID, Blocker, Rules, Site
 
 _FACES = np.array(

@@ -18,8 +18,7 @@ from bimvox.log.recorder import write_log
 from bimvox.motion.swept import axes_of_cells, load_frame
 from bimvox.records.lift import Lift, LiftPlan, Method, ModelledClash, Status, YardPlace
 from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
-from bimvox.site.component import Component, IntVec, StoredPose
-from bimvox.site.shape import shape_of, stored_shape
+from bimvox.site.component import Component, IntVec, StoredPose, shape_of, stored_shape
 from bimvox.site.site import Blocker, Rules, Site, SwingRule
 
 FRAME = GridFrame((-2.0, -3.0, -1.0), 1.0)

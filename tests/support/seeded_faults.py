@@ -57,9 +57,9 @@ from bimvox.records.steps import Steps
 from bimvox.revision.current_plan import HeldCranes, HeldHook
 from bimvox.site.build import labels_of, with_digests
 from bimvox.site.casting import FIELD_CASTING, CastTimes, Curing
-from bimvox.site.component import Component, Lifting, StoredPose
+from bimvox.site.component import Component, Lifting, StoredPose, shape_of
 from bimvox.site.config.gear_file import gear_catalogue
-from bimvox.site.config.rules import RulesConfig
+from bimvox.site.config.rules import RulesConfig, YardConfig
 from bimvox.site.config.site_config import (
     AreasConfig,
     ComponentConfig,
@@ -71,13 +71,11 @@ from bimvox.site.config.site_config import (
     ZoneConfig,
 )
 from bimvox.site.config.template import site_toml
-from bimvox.site.config.yard import YardConfig
 from bimvox.site.crew_times import FIELD_TIMES
+from bimvox.site.default_rules import TRUCK_M, YardRules
 from bimvox.site.machine import crane_config
 from bimvox.site.means import Means
-from bimvox.site.shape import shape_of
 from bimvox.site.site import Blocker, HeadingRule, Rules, Site, SwingRule
-from bimvox.site.yard_rules import TRUCK_M, YardRules
 
 Forge = Callable[[PlanLog], PlanLog]
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from box_sites import box_site, test_crane
 
 from bimvox.records.lift import LiftPlan
+from bimvox.site.default_rules import YardRules
 from bimvox.site.site import Rules, Site
-from bimvox.site.yard_rules import YardRules
 
 SLAB = {"ifc_class": "IfcSlab"}
 

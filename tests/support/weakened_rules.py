@@ -6,9 +6,8 @@ import dataclasses
 from collections.abc import Iterator
 from typing import Any
 
-from bimvox.site.config.rules import RulesConfig
+from bimvox.site.config.rules import MORE_IS_WEAKER, NONE_IS_WEAKER, RulesConfig
 from bimvox.site.site import SwingRule
-from bimvox.site.weaker_rules import MORE_IS_WEAKER, NONE_IS_WEAKER
 
 DEFAULT = RulesConfig().rules(has_crane=True)
 

@@ -25,11 +25,11 @@ from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.crane.travel import Travel, rest_to_rest_s
 from bimvox.motion.steady import STRETCH
 from bimvox.planning.occupancy import target_cells
+from bimvox.site.collision import margin_vox
 from bimvox.site.component import Component
 from bimvox.site.config.site_config import Polygon
 from bimvox.site.set_ups import LiftWork, slews, winches
 from bimvox.site.site import HeadingRule, Site
-from bimvox.site.transit_clearance import margin_vox
 
 # How far the plan lowers parts straight down at least, whatever the order.
 #

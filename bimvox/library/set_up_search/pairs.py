@@ -25,9 +25,9 @@ from bimvox.library.set_up_search.set_up import Rig, Tried, ends, estimated_goal
 from bimvox.library.set_up_search.timed import FEW_LIFTS, LIFTS
 from bimvox.planning.order.makespan import NOTHING_APART, OrderTimes, makespan_s
 from bimvox.site.assign import balanced, rough_work_s
+from bimvox.site.checks import check_cranes
+from bimvox.site.config.calendar import Rates
 from bimvox.site.config.site_config import SiteConfig
-from bimvox.site.costs import Rates
-from bimvox.site.crane_checks import check_cranes
 from bimvox.site.set_ups import SetUps, highest_utilisation
 
 _MOST_PLACES, _MOST_PARTS = 24, 120
@@ -224,7 +224,7 @@ def _moved(
 def _least_apart_m(a: Rig, b: Rig, separation_m: float) -> float:
     """Return how far apart two masts must be: the jib of a hammerhead may pass above the other crane, if it is raised.
 
-    See :func:`bimvox.site.crane_checks.check_cranes`.
+    See :func:`bimvox.site.checks.check_cranes`.
     """
 
     def reach_m(own: Rig, mast: Rig) -> float:

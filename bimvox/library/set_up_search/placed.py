@@ -20,13 +20,11 @@ from bimvox.crane.travel import Travel
 from bimvox.planning.best_place import SAME_S
 from bimvox.planning.stacks import is_stacked
 from bimvox.planning.yard import Truckload, gap_vox, storage_poses
-from bimvox.site.component import Component
+from bimvox.site.component import Component, erection_size_vox, turned_hook, turned_shape
 from bimvox.site.config.site_config import Polygon, SiteConfig
-from bimvox.site.extent import top_m
-from bimvox.site.one_piece import means_by
+from bimvox.site.demand import means_by
 from bimvox.site.parts import entries_by_id
-from bimvox.site.placement import place_building
-from bimvox.site.shape import erection_size_vox, turned_hook, turned_shape
+from bimvox.site.placement import place_building, top_m
 from bimvox.site.site import Site
 
 

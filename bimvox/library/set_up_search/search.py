@@ -20,17 +20,15 @@ from bimvox.library.site import built_site
 from bimvox.planning.order_search import prepare
 from bimvox.planning.stacks import is_stacked
 from bimvox.progress import Progress
-from bimvox.site.beside import parts_beside
+from bimvox.site.config.calendar import Rates
+from bimvox.site.config.gear_file import gear_by_crane
 from bimvox.site.config.site_config import Polygon
-from bimvox.site.costs import Rates
 from bimvox.site.crane_guess import Wanted, best_set_up, machine_of_crane
 from bimvox.site.crew_times import crew_times
 from bimvox.site.guess import rigs_of
-from bimvox.site.mast_places import ground_plan
 from bimvox.site.means import Means
-from bimvox.site.rigging import gear_by_crane
-from bimvox.site.set_ups import LiftWork, SetUps, carried, highest_utilisation, set_ups
-from bimvox.site.site import HeadingRule, SwingRule
+from bimvox.site.set_ups import LiftWork, SetUps, carried, ground_plan, highest_utilisation, set_ups
+from bimvox.site.site import HeadingRule, SwingRule, parts_beside
 
 _MOST_BASES, _MOST_MOVED = 600, 200
 """Places of a mast: with the site file's yard, and with another one."""

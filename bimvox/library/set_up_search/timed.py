@@ -33,13 +33,13 @@ from bimvox.motion.shortcut import stops_across
 from bimvox.motion.steady import Swaying, SwingRules, steadied
 from bimvox.motion.swing import PLANNED_RESIDUAL_M, Pendulum
 from bimvox.motion.timeline import Timeline
+from bimvox.site.collision import margin_vox
 from bimvox.site.component import Component
 from bimvox.site.config.site_config import SiteConfig
-from bimvox.site.extent import MARGIN_VOX, site_extent
 from bimvox.site.means import Means
+from bimvox.site.placement import MARGIN_VOX, site_extent
 from bimvox.site.set_ups import LiftWork
 from bimvox.site.site import Site, SwingRule
-from bimvox.site.transit_clearance import margin_vox
 
 
 @dataclass(frozen=True, slots=True, eq=False)

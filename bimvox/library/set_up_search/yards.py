@@ -22,9 +22,9 @@ from bimvox.library.set_up_search.set_up import Effort, OtherYard, Tried
 from bimvox.library.set_up_search.timed import LIFTS
 from bimvox.progress import Progress
 from bimvox.site.config.site_config import Polygon, SiteConfig
-from bimvox.site.mast_places import ground_plan
+from bimvox.site.default_rules import TRUCK_KG
+from bimvox.site.set_ups import ground_plan
 from bimvox.site.yard_guess import yard_beside, yard_need
-from bimvox.site.yard_rules import TRUCK_KG
 from bimvox.version import __version__
 
 if TYPE_CHECKING:

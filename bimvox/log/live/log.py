@@ -34,7 +34,7 @@ from bimvox.log.schema import METADATA
 from bimvox.log.track import crane_track
 from bimvox.log.transforms import voxel_grid
 from bimvox.records.motion import LiftMotion
-from bimvox.site.construction import ConstructionState
+from bimvox.site.component import ConstructionState
 from bimvox.stop.redirect import Held
 from bimvox.stop.resume import cut_short
 

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.paper.env.spec import Box, PaperSpec, YardPose
 from bimvox.paper.env.state import FIRST_COMPONENT, OBSTRUCTION, PaperState, SiteState
-from bimvox.site.component import IntVec
-from bimvox.site.construction import KIND_RGB, STATE_RGB, ConstructionState, Rgb
+from bimvox.site.component import KIND_RGB, STATE_RGB, ConstructionState, IntVec, Rgb
 
 
 class Look(IntEnum):
@@ -31,7 +30,7 @@ LOOK_RGB: dict[Look, Rgb] = {
     **{look: KIND_RGB[look.name.lower()] for look in (Look.GROUND, Look.CONSTRUCTION_AREA, Look.OBSTRUCTION)},
     **{Look[state.name]: STATE_RGB[state] for state in ConstructionState},
 }
-"""The paper's colours, from the table of ``bimvox.site.construction``."""
+"""The paper's colours, from the table of ``bimvox.site.component``."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -26,8 +26,8 @@ from bimvox.planning.contact.erosion import eroded_triangles_m, pair_depths_m, t
 from bimvox.planning.contact.sweep import blocked_steps, crossings_above
 from bimvox.planning.guided import KnownGuides
 from bimvox.records.lift import ModelledClash
+from bimvox.site.collision import grown_cells
 from bimvox.site.site import Site
-from bimvox.site.transit_clearance import grown_cells
 
 _WITHIN = np.array([0.2, 0.3, 0.5])
 """Where on a triangle the point lies: seldom on a line that triangles above it share."""

@@ -34,12 +34,11 @@ from bimvox.crane.outline import outline_of
 from bimvox.crane.travel import Travel
 from bimvox.planning.stage import could_lift
 from bimvox.records.lift import YardPlace
-from bimvox.site.beside import parts_beside
 from bimvox.site.casting import curing_s, work_and_wait_s
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
 from bimvox.site.lifting import crane_for
 from bimvox.site.means import Means
-from bimvox.site.site import Site
+from bimvox.site.site import Site, parts_beside
 
 # The separation of several cranes as the estimate of an order sees it (rule R4 of ``cranes.schedule``).
 #

@@ -42,10 +42,9 @@ from bimvox.rendering.page.motions import (
 )
 from bimvox.rendering.page.source import PageSource, Revision
 from bimvox.rendering.pictures.site import view_of_site
+from bimvox.site.component import KIND_RGB, STATE_RGB
 from bimvox.site.config.validation import Point2, Point3
-from bimvox.site.construction import KIND_RGB, STATE_RGB
-from bimvox.site.part_names import names_by_id, with_names
-from bimvox.site.site import Blocker, Site
+from bimvox.site.site import Blocker, Site, names_by_id, with_names
 
 GEOMETRY_BUDGET_BYTES = 1_900_000
 """Compressed size; with motions, text and base64 a page of 500 parts stays below 4 MB."""

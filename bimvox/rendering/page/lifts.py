@@ -19,10 +19,8 @@ from bimvox.rendering.page.geometry import rounded
 from bimvox.rendering.page.source import Revision
 from bimvox.site.component import Component
 from bimvox.site.config.validation import Point3
-from bimvox.site.governing_wind import permitted_for
-from bimvox.site.lifting import hung_kg
-from bimvox.site.part_names import names_by_id, with_names
-from bimvox.site.site import Site
+from bimvox.site.lifting import hung_kg, permitted_for
+from bimvox.site.site import Site, names_by_id, with_names
 
 
 @dataclass(frozen=True, slots=True, eq=False)

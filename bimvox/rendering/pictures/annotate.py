@@ -12,7 +12,7 @@ from bimvox.compiled import kernel
 from bimvox.rendering.colours import FAINT_INK, INK, PAPER
 from bimvox.rendering.pictures.camera import Camera
 from bimvox.rendering.pictures.scene import LegendEntry, Scene, Strokes, Swatch
-from bimvox.site.construction import Rgb
+from bimvox.site.component import Rgb
 
 Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
 

@@ -14,7 +14,7 @@ from bimvox.crane.tower_crane import CranePose, LuffingJib, TowerCrane, luff_of_
 from bimvox.records.motion import LiftMotion
 from bimvox.rendering.colours import CONCRETE, CRANE, CRANE_EDGE, ROPE
 from bimvox.rendering.pictures.scene import Block, Layer, Strokes
-from bimvox.site.construction import Rgb
+from bimvox.site.component import Rgb
 from bimvox.site.site import Site
 
 

@@ -38,9 +38,8 @@ from bimvox.rendering.pictures.site import (
     target_cells,
 )
 from bimvox.rendering.words import counted, hours
-from bimvox.site.component import Component, IntVec
+from bimvox.site.component import Component, IntVec, turned_cells
 from bimvox.site.lifting import crane_for
-from bimvox.site.shape import turned_cells
 from bimvox.site.site import Site
 from bimvox.units import clock
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bimvox.errors import SelectionError
 from bimvox.grid.frame import GridFrame
-from bimvox.site.construction import Rgb
+from bimvox.site.component import Rgb
 
 
 @dataclass(frozen=True, slots=True, eq=False)

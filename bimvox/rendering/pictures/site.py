@@ -30,9 +30,7 @@ from bimvox.rendering.pictures.camera import View
 from bimvox.rendering.pictures.cranes import CraneParts, building_centre_m, site_cranes
 from bimvox.rendering.pictures.scene import Block, Canvas, Layer, LegendEntry, Scene, Strokes, box_edges, index_type
 from bimvox.rendering.words import counted
-from bimvox.site.component import Component, IntVec, Shape
-from bimvox.site.construction import Rgb
-from bimvox.site.shape import stored_shape
+from bimvox.site.component import Component, IntVec, Rgb, Shape, stored_shape
 from bimvox.site.site import Site
 
 _AREAS = (

@@ -11,7 +11,7 @@ from bimvox.rendering.report.lifts import critical_first, lift_table, words_of_l
 from bimvox.rendering.report.words import CHECKS, METHODS, fixed, named, names_of, percent, span, tonnes
 from bimvox.rendering.words import counted, escape
 from bimvox.site.means import HOW
-from bimvox.site.part_names import with_names
+from bimvox.site.site import with_names
 from bimvox.units import clock, elapsed
 
 _LISTED = 12

@@ -16,12 +16,12 @@ from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.rendering.report.plan_view import ZONES
+from bimvox.site.areas import FRONT, PLAN, SIDE, hull, outline, rounded, union
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.ground import WORKING_SPACE_M
 from bimvox.site.guess import ground_why, lifted_of
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import ifc_to_map
-from bimvox.site.outlines import FRONT, PLAN, SIDE, hull, outline, rounded, union
 from bimvox.site.parts import entries_by_id
 from bimvox.site.placement import built_bounds_m, place_building
 

@@ -20,9 +20,9 @@ from bimvox.records.lift import Status
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.site_drawing import crane_values, distances, north_of, outlines_of, storeys_of, survey_grid
+from bimvox.site.areas import PLAN, hull, outline, rounded, union
 from bimvox.site.component import Component
 from bimvox.site.map_frame import map_of_model
-from bimvox.site.outlines import PLAN, hull, outline, rounded, union
 from bimvox.site.site import Blocker, Site
 
 _GEOREFERENCE = "georeference"

@@ -25,8 +25,8 @@ from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
 from bimvox.rendering.report.words import fixed
 from bimvox.rendering.words import escape
+from bimvox.site.config.project import SupportConfig
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
-from bimvox.site.config.support import SupportConfig
 from bimvox.site.lifting import hung_kg
 from bimvox.site.map_frame import map_of_model, set_out
 from bimvox.site.site import Site

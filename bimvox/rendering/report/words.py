@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from bimvox.site.part_names import part_name
+from bimvox.site.site import part_name
 
 METHODS = {
     "greedy": "towards the target",

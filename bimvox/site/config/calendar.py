@@ -2,14 +2,106 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from datetime import date, datetime, time, timedelta
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from bimvox.site.config.uncertainty import UncertaintyConfig
-from bimvox.site.config.validation import NotNegative, Table, Text, Whole
+from bimvox.site.config.validation import NotNegative, Positive, Table, Text, Whole
 from bimvox.site.working_hours import SPAN, WorkingHours, day_of, public_holidays, span_min
+
+
+def _ascending(factors: tuple[float, float, float]) -> tuple[float, float, float]:
+    low, likely, high = factors
+    if not low <= likely <= high:
+        raise ValueError("must ascend: shortest, likely, longest")
+    return factors
+
+
+Factor = Annotated[Positive, Field(le=100.0)]
+Factors = Annotated[tuple[Factor, Factor, Factor], AfterValidator(_ascending)]
+
+
+class UncertaintyConfig(Table):
+    """Factors of the planned time of a lift by class of work: shortest, likely, longest. Each lift draws its own."""
+
+    footing: Factors | None = None
+    """Footings, piles, base slabs."""
+    column: Factors | None = None
+    """Columns, upright slender parts."""
+    wall: Factors | None = None
+    """Walls, thin upright parts."""
+    beam: Factors | None = None
+    """Beams, long parts."""
+    slab: Factors | None = None
+    """Slabs, planks, roofs, flat parts."""
+    stair: Factors | None = None
+    """Flights, ramps, landings."""
+    steel: Factors | None = None
+    """All parts of steel."""
+    other: Factors | None = None
+    """All others."""
+    samples: Annotated[Whole, Field(ge=100, le=100_000)] = 10_000
+    """Number of simulated plans."""
+    seed: Annotated[Whole, Field(ge=0)] = 0
+    """Seed of the simulation."""
+
+
+# The ``[costs]`` table of a site file: what a crane and its crew cost.
+#
+# Sources: ``person_hour``: Eurostat, hourly labour costs in construction, European Union, 2024: 30.0 EUR.
+# ``mobile_hour``: the middle of 150 to 300 USD (engineerfix.com, "How much does it cost to rent or buy a crane"); one
+# dollar counts as one euro. ``set_up``: four to five fitters for two days and a mobile crane (Liebherr in Capital
+# Equipment News, July 2018), the same again to dismantle: 4 * 32 h * 30 + 32 h * 225, about 11,000. All else is
+# assumed; the hire of a tower crane is between 3,000 and 15,000 USD a month (fmyly.com, "How much to hire a tower").
+
+CREW = 4
+"""People who are paid while the crane works, its operator included; assumed if the calendar states no erection crew."""
+
+
+class MachineCosts(Table):
+    """The offer for one machine."""
+
+    name: Text
+    """Its name, as in ``[crane] machine``."""
+    month: NotNegative
+    """Hire of a working month, without operator."""
+    set_up: NotNegative = 0.0
+    """Transport, foundation, erecting and dismantling."""
+
+
+class CostsConfig(Table):
+    """What cranes and crew cost, to compare set-ups. Defaults are rough: replace them by offers.
+
+    Hire and crew are paid for the hours of the crane's work alone.
+    """
+
+    currency: Annotated[Text, Field(max_length=12)] = "EUR"
+    """Currency of all amounts."""
+    tower_month_per_tm: NotNegative = 30.0
+    """Hire of a tower crane for a working month, for each tonne-metre of its largest load moment; assumed."""
+    mobile_hour: NotNegative = 225.0
+    """Hire of a mobile crane for an hour."""
+    person_hour: NotNegative = 30.0
+    """One person of the crew for an hour. The crew: ``calendar.erection_people`` and the operator, or four people."""
+    set_up: NotNegative = 11_000.0
+    """Erecting and dismantling a tower crane."""
+    set_up_per_tm: NotNegative = 40.0
+    """Its transport and foundation, for each tonne-metre; assumed."""
+    budget: NotNegative | None = None
+    """The most that a set-up may cost. Default: no limit."""
+    machine: Annotated[tuple[MachineCosts, ...], Field(max_length=1000)] = ()
+    """Offers; they take the place of the rates above."""
+
+    @model_validator(mode="after")
+    def _each_machine_once(self) -> Self:
+        names = [one.name for one in self.machine]
+        for number, name in enumerate(names):
+            if name in names[:number]:
+                raise ValueError(f"machine[{number}].name: {name!r} is listed twice")
+        return self
+
 
 DayName = Literal["Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun"]
 
@@ -114,3 +206,55 @@ class CalendarConfig(Table):
             *([f"unloading crew of {self.unloading_people}"] if self.unloading_people else []),
         ]
         return ", ".join(parts)
+
+
+_WEEKS_A_MONTH = 52.0 / 12.0
+
+
+@dataclass(frozen=True, slots=True)
+class Rates:
+    """What one machine costs, in the currency of the site.
+
+    Attributes:
+        set_up: Once.
+        hour: For an hour of work, crew included.
+    """
+
+    set_up: float
+    hour: float
+
+    def total(self, hours: float) -> float:
+        """Return the cost of so many hours of work."""
+        return self.set_up + self.hour * hours
+
+    def with_another(self, other: Rates) -> Rates:
+        """Return what this and another machine cost, if both are on the site for the same hours."""
+        return Rates(self.set_up + other.set_up, self.hour + other.hour)
+
+
+def rates_of(costs: CostsConfig, calendar: CalendarConfig, name: str, kind: str, load_moment_tm: float) -> Rates:
+    """Return what a machine costs.
+
+    Args:
+        costs: The rates of the site file.
+        calendar: Its working hours, which make a month, and its crew.
+        name: Name of the machine.
+        kind: ``hammerhead``, ``luffing`` or ``mobile``.
+        load_moment_tm: Its size.
+    """
+    people = CREW if calendar.erection_people is None else calendar.erection_people + 1
+    crew = people * costs.person_hour
+    for offer in costs.machine:
+        if offer.name == name:
+            return Rates(offer.set_up, offer.month / month_h(calendar) + crew)
+    if kind == "mobile":
+        return Rates(0.0, costs.mobile_hour + crew)
+    month = costs.tower_month_per_tm * load_moment_tm
+    return Rates(costs.set_up + costs.set_up_per_tm * load_moment_tm, month / month_h(calendar) + crew)
+
+
+def month_h(calendar: CalendarConfig) -> float:
+    """Return the working hours of a month without holidays."""
+    hours = calendar.hours
+    day_min = sum(end - start for start, end in hours.spans)
+    return len(hours.days) * day_min / 60.0 * _WEEKS_A_MONTH

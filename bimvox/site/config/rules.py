@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, replace
+from collections.abc import Iterator
+from dataclasses import asdict, fields, is_dataclass, replace
+from enum import StrEnum
 from functools import partial
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field
 
-from bimvox.site.building_times import FIELD_BUILDING, BuildingTimes
-from bimvox.site.casting import FIELD_CASTING, Casting, CastTimes, Curing
-from bimvox.site.config.validation import (
-    Flag,
-    NotNegative,
-    Number,
-    Positive,
-    Table,
-    not_below,
-)
+from bimvox.site.casting import FIELD_BUILDING, FIELD_CASTING, BuildingTimes, Casting, CastTimes, Curing
+from bimvox.site.config.validation import Flag, NotNegative, Number, Positive, Table, Text, Whole, not_below
 from bimvox.site.crew_times import FIELD_TIMES, CrewTimes, TimesByWork
-from bimvox.site.default_rules import DEFAULT_RULES
-from bimvox.site.limits import (
+from bimvox.site.default_rules import (
+    DEFAULT_RULES,
     MOST_CONTACT_TOLERANCE_M,
     MOST_SAMPLE_PERIOD_S,
     MOST_SUPPORT_GAP_M,
+    TRUCK_M,
+    USUAL_YARD,
+    YardRules,
 )
 from bimvox.site.site import HeadingRule, Rules, SwingRule
 
@@ -247,3 +244,126 @@ class RulesConfig(Table):
         left = tuple(key for key in DEFAULT_RULES if given[key] is None)
         defaults = {key: DEFAULT_RULES[key] if has_crane else 0.0 for key in left}
         return Rules(**(given | defaults), gives_way=left if has_crane else ())
+
+
+class RiggingConfig(Table):
+    """How gear is chosen for the parts of a crane without ``sling_m`` and ``rigging_mass_kg``."""
+
+    gear: Annotated[tuple[Text, ...], Field(max_length=20)] = ()
+    """Files of your own gear next to the site file. Of a kind that they have, the catalogue's gear is not used."""
+    spreader_from_m: Positive = 6.0
+    """Lifting points further apart hang on a spreader."""
+
+
+class YardConfig(Table):
+    """How parts lie in the yard. Without this table: one cell apart and never on each other.
+
+    In a stack, the part that is lifted first lies on top. Flat parts that fill their box are stacked: slabs and beams
+    that are not upended, no higher together than the lowest one is wide. In a rack, thin upright walls stand one behind
+    the other, the one that is lifted first outermost.
+    """
+
+    gap_m: Annotated[NotNegative, Field(le=10.0)] = USUAL_YARD.gap_m
+    """Free width around a part when it is picked, for the slinger; rounded up to whole cells."""
+    stack_parts: Annotated[Whole, Field(ge=1, le=100)] = USUAL_YARD.stack_parts
+    """Most parts in a stack; 1: no stacks."""
+    stack_height_m: Annotated[Positive, Field(le=10.0)] = USUAL_YARD.stack_height_m
+    """Largest height of a stack."""
+    stack_kg: Positive = USUAL_YARD.stack_kg
+    """Largest mass of a stack."""
+    dunnage_m: Annotated[NotNegative, Field(le=1.0)] = USUAL_YARD.dunnage_m
+    """Between two parts of a stack or rack; at least one cell."""
+    rack_parts: Annotated[Whole, Field(ge=0, le=100)] = USUAL_YARD.rack_parts
+    """Most walls that stand one behind the other in a rack; 0: no racks."""
+    rack_depth: Annotated[NotNegative, Field(le=2.0)] = USUAL_YARD.rack_depth
+    """Depth of a rack's frame behind the last wall, as a share of the highest wall's height; at least one cell."""
+    truck_length_m: Annotated[Positive, Field(le=100.0)] = TRUCK_M[0]
+    """Length on a truck. A larger part comes by a special transport, panels may come in an inloader."""
+    truck_width_m: Annotated[Positive, Field(le=100.0)] = TRUCK_M[1]
+    """Width that parts may take on a truck."""
+    truck_height_m: Annotated[Positive, Field(le=100.0)] = TRUCK_M[2]
+    """Height that parts may take above the bed of a truck."""
+
+    def rules(self) -> YardRules:
+        """Return the table as a value for the planner."""
+        values = self.model_dump()
+        truck_m = (values.pop("truck_length_m"), values.pop("truck_width_m"), values.pop("truck_height_m"))
+        return YardRules(**values, truck_m=truck_m)
+
+
+MORE_IS_WEAKER = frozenset(
+    (
+        "contact_tolerance_m",
+        "support_gap_m",
+        "sample_period_s",
+        "sling_angle_rad",
+        "critical_share",
+        "highest_utilisation",
+        "people",
+        "bundle_kg",
+    )
+)
+"""Rules, and times in them, of which a larger value asks for less; of all other numbers, a smaller one does."""
+NONE_IS_WEAKER = frozenset(
+    (
+        "bracing_s",
+        "release_s",
+        "truckload_kg",
+        "by_other_means",
+        "gives_way",
+        "curing",
+        "heading",
+        "yard",
+        "order_search",
+    )
+)
+"""Rules whose default asks for nothing, or that are a choice; one time of all classes is compared with ``times``."""
+
+
+def weaker_rules(rules: Rules, *, has_crane: bool) -> list[str]:
+    """Return the rules that ask for less than the defaults of this version, each as ``key = value (default: value)``.
+
+    Args:
+        rules: The rules of a site.
+        has_crane: Whether it has a crane: some defaults are for cranes only.
+    """
+    default = RulesConfig().rules(has_crane=has_crane)
+    found = [
+        f"{key} = {_written(own)} (default: {_written(usual)})"
+        for key, own, usual in _pairs("", rules, default)
+        if _is_weaker(key.rpartition(".")[2], own, usual)
+    ]
+    for key in ("bracing_s", "release_s"):
+        own = getattr(rules, key)
+        most_s = max(
+            getattr(getattr(default.times, work.name), key.replace("bracing", "brace"))
+            for work in fields(default.times)
+        )
+        if own is not None and own < most_s:
+            found.append(f"{key} = {_written(own)} (default: by class of work, up to {_written(most_s)})")
+    return found
+
+
+def _pairs(prefix: str, own: Any, usual: Any) -> Iterator[tuple[str, Any, Any]]:
+    """Yield the rules, and each value of those that are tables, by their keys."""
+    for field in fields(usual):
+        key, one, other = f"{prefix}{field.name}", getattr(own, field.name), getattr(usual, field.name)
+        if field.name in NONE_IS_WEAKER:
+            continue
+        if is_dataclass(other):
+            yield from _pairs(f"{key}.", one, other)
+        else:
+            yield key, one, other
+
+
+def _is_weaker(key: str, own: Any, usual: Any) -> bool:
+    """Return whether a value asks for less than the default; one that cannot be compared does if it differs."""
+    if isinstance(usual, StrEnum):
+        return bool(own != usual)
+    return bool(own > usual if key in MORE_IS_WEAKER else own < usual)
+
+
+def _written(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return f"{value:g}" if isinstance(value, int | float) else str(value)

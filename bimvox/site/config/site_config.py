@@ -20,14 +20,11 @@ from bimvox.bim.kinds.kind import Kind
 from bimvox.bim.options import MOST_SELECT, ReadOptions
 from bimvox.errors import ConfigError, shown
 from bimvox.site.component import StoredPose
-from bimvox.site.config.calendar import CalendarConfig
-from bimvox.site.config.costs import CostsConfig
+from bimvox.site.config.calendar import CalendarConfig, CostsConfig
 from bimvox.site.config.crane import CraneConfig
 from bimvox.site.config.kind_file import corrections_in
-from bimvox.site.config.project import ProjectConfig
-from bimvox.site.config.rigging import RiggingConfig
-from bimvox.site.config.rules import RulesConfig
-from bimvox.site.config.support import MOST_SUPPORTS, SupportConfig
+from bimvox.site.config.project import MOST_SUPPORTS, ProjectConfig, SupportConfig
+from bimvox.site.config.rules import RiggingConfig, RulesConfig, YardConfig
 from bimvox.site.config.validation import (
     A_FILE,
     ONE,
@@ -44,8 +41,7 @@ from bimvox.site.config.validation import (
     Whole,
     not_below,
 )
-from bimvox.site.config.yard import YardConfig
-from bimvox.site.limits import (
+from bimvox.site.default_rules import (
     FEW_HANDS_KG,
     ROAD_HEIGHT_M,
     ROAD_KG,

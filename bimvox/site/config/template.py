@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 
 from bimvox.bim.kinds.correction import WAYS
 from bimvox.bim.kinds.kind import Kind
-from bimvox.site.config.calendar import DEFAULT_BREAKS, DEFAULT_SHIFT, CalendarConfig
-from bimvox.site.config.costs import CostsConfig
+from bimvox.site.catalogue import FICTITIOUS
+from bimvox.site.config.calendar import DEFAULT_BREAKS, DEFAULT_SHIFT, CalendarConfig, CostsConfig
 from bimvox.site.config.crane import CraneConfig, OverrideConfig
-from bimvox.site.config.project import ProjectConfig
-from bimvox.site.config.rigging import RiggingConfig
-from bimvox.site.config.rules import CuringConfig
+from bimvox.site.config.project import ProjectConfig, SupportConfig
+from bimvox.site.config.rules import CuringConfig, RiggingConfig, YardConfig
 from bimvox.site.config.site_config import (
     AreasConfig,
     ComponentConfig,
@@ -24,10 +23,7 @@ from bimvox.site.config.site_config import (
     SiteConfig,
     ZoneConfig,
 )
-from bimvox.site.config.support import SupportConfig
 from bimvox.site.config.validation import Table
-from bimvox.site.config.yard import YardConfig
-from bimvox.site.fictitious import FICTITIOUS
 from bimvox.site.work import Work
 from bimvox.site.yard_guess import access_beside
 

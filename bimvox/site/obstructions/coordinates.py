@@ -13,15 +13,17 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.errors import ObstructionFileError, listed
 from bimvox.site.map_frame import NO_CONVERSION, Matrix
 from bimvox.site.obstructions.obstruction_set import (
+    CYLINDER,
+    VOXELS,
     Box,
     Coordinates,
     Cylinder,
     Obstruction,
     ObstructionSet,
     Points,
+    Rows,
     Voxels,
 )
-from bimvox.site.obstructions.rows import CYLINDER, VOXELS, Rows
 from bimvox.site.site import Site
 
 _WORDS: dict[Coordinates, str] = {

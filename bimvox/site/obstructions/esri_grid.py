@@ -25,7 +25,7 @@ _HINT = "export the grid again as ESRI ASCII: keys ncols, nrows, xllcorner, yllc
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class EsriGrid:
+class _EsriGrid:
     """Heights in square or rectangular cells, in the file's unit.
 
     Attributes:
@@ -108,7 +108,7 @@ def _quads(*corners: _Corner) -> NDArray[np.float64]:
     return np.stack([np.stack(corner, axis=1) for corner in corners], axis=1)
 
 
-def read_esri_grid(path: Path) -> EsriGrid:
+def read_esri_grid(path: Path) -> _EsriGrid:
     """Return the heights of an ESRI ASCII grid.
 
     Its keys come in any order and case, and decimals may have a comma.
@@ -130,7 +130,7 @@ def read_esri_grid(path: Path) -> EsriGrid:
         raise FileError(path, "an ESRI grid with an infinite height", hint=_HINT)
     if np.isnan(heights).all():
         raise FileError(path, f"an ESRI grid without a height: all {heights.size:,} cells are NODATA", hint=_HINT)
-    return EsriGrid(x, y, dx, dy, heights.reshape(rows, columns))
+    return _EsriGrid(x, y, dx, dy, heights.reshape(rows, columns))
 
 
 def _key(word: bytes) -> str:

@@ -128,12 +128,11 @@ def describe_site(path: Path, progress: Progress) -> dict[str, Any]:
     from bimvox.bim.building import Role
     from bimvox.bim.read import read_building
     from bimvox.site.config.file import load_site_config
-    from bimvox.site.extent import site_extent
     from bimvox.site.guess import complete_config
     from bimvox.site.kind_rows import kind_rows
     from bimvox.site.machine import cranes_of
     from bimvox.site.map_frame import ifc_to_map, set_out
-    from bimvox.site.placement import place_building
+    from bimvox.site.placement import place_building, site_extent
 
     stated = load_site_config(path)
     model = stated.model
@@ -196,7 +195,7 @@ def _default_site_to_ifc(building: Building) -> list[list[float]] | None:
     import math
 
     from bimvox.site.config.site_config import ModelConfig, SiteConfig
-    from bimvox.site.ground_level import ground_level
+    from bimvox.site.ground import ground_level
     from bimvox.site.placement import built_elements, dominant_yaw_rad, place_building
 
     if not built_elements(building.elements):

@@ -31,11 +31,10 @@ from bimvox.rendering.report.heat_map import HeatMap, heat_map
 from bimvox.rendering.report.page import Figure
 from bimvox.rendering.report.set_ups import set_ups_page
 from bimvox.rendering.report.site_drawing import drawing_of_site
-from bimvox.site.catalogue import catalogue
-from bimvox.site.costs import Rates
+from bimvox.site.catalogue import catalogue, machines_called
+from bimvox.site.config.calendar import Rates
 from bimvox.site.crane_guess import machine_of_crane
 from bimvox.site.machine import cranes_of
-from bimvox.site.machine_names import machines_called
 from bimvox_pipeline.fleet.command import fleet
 from bimvox_pipeline.fleet.runs import Wish, log_file, runs_of
 from bimvox_pipeline.fleet.schedule import Backend

@@ -26,6 +26,7 @@ from bimvox.library.site import built_site
 from bimvox.progress import SilentProgress
 from bimvox.rendering.pictures.picture import PictureOptions, camera_of, coarsened, png_of
 from bimvox.rendering.pictures.site import scene_of_site, view_of_site
+from bimvox.site.areas import PLAN, hull, union
 from bimvox.site.catalogue import catalogue
 from bimvox.site.config.file import load_site_config, read_site_file
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
@@ -35,7 +36,6 @@ from bimvox.site.kind_rows import KindRow, kind_rows
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import ifc_to_map
 from bimvox.site.means import Means
-from bimvox.site.outlines import PLAN, hull, union
 from bimvox.site.trial import Trial, Tried
 from bimvox_pipeline.studio.setup import Setup, read_setup, setup_of, with_setup
 

@@ -13,11 +13,11 @@ from bimvox.crane.machine import carries_most
 from bimvox.crane.reach import standing
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
+from bimvox.site.catalogue import machines_called
 from bimvox.site.config.crane import CraneConfig, LuffingConfig
 from bimvox.site.config.site_config import ComponentConfig, KindConfig, Polygon, SiteConfig, ZoneConfig
 from bimvox.site.config.validation import Number, first_finding
 from bimvox.site.machine import cranes_of, machine_config
-from bimvox.site.machine_names import machines_called
 
 Plane = tuple[Number, Number]
 HookHeight = Callable[[TowerCrane], float]

@@ -20,10 +20,9 @@ from bimvox.records.lift import infeasible_among
 from bimvox.site.build import with_obstructions
 from bimvox.site.config.file import SITE_FILE, parse_site_config
 from bimvox.site.config.site_config import SiteConfig
-from bimvox.site.digest import digest_of
 from bimvox.site.guess import complete_config
 from bimvox.site.obstructions.obstruction_set import EMPTY
-from bimvox.site.site import Blocker, Site
+from bimvox.site.site import Blocker, Site, digest_of
 from bimvox_pipeline.plan import figures_document
 from bimvox_pipeline.studio.opened import Opened
 from bimvox_pipeline.studio.setup import Setup

@@ -8,7 +8,7 @@ from typing import Any
 
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.revision.current_plan import CurrentPlan
-from bimvox.site.construction import ConstructionState
+from bimvox.site.component import ConstructionState
 from bimvox.units import NS_PER_S
 
 _ANSWER_S = 3.0

@@ -16,9 +16,9 @@ from bimvox.library.set_up_search.search import Search
 from bimvox.library.set_up_search.set_up import Effort, OtherYard, Tried, front_of, to_plan
 from bimvox.library.set_up_search.timed import LIFTS
 from bimvox.progress import SilentProgress
+from bimvox.site.catalogue import machines_called
 from bimvox.site.config.site_config import ModelConfig
 from bimvox.site.guess import guess_site
-from bimvox.site.machine_names import machines_called
 
 SAMPLES = Path(__file__).parents[3] / "sample_models"
 

@@ -27,16 +27,15 @@ from bimvox.library.set_up_search.timed import timed_moving_s
 from bimvox.library.site import built_site
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import Lift
-from bimvox.site.component import Component
+from bimvox.site.catalogue import machines_called
+from bimvox.site.collision import margin_vox
+from bimvox.site.component import Component, shape_of
 from bimvox.site.config.site_config import ComponentConfig, ModelConfig
 from bimvox.site.crane_guess import machine_of_crane
 from bimvox.site.guess import guess_site
 from bimvox.site.machine import cranes_of, machine_config
-from bimvox.site.machine_names import machines_called
 from bimvox.site.set_ups import set_ups
-from bimvox.site.shape import shape_of
 from bimvox.site.site import HeadingRule, Site
-from bimvox.site.transit_clearance import margin_vox
 
 SAMPLES = Path(__file__).parents[3] / "sample_models"
 CRANE = crane_of(base=(0.0, 0.0, 0.0), jib=40.0, height=30.0)

@@ -14,10 +14,10 @@ from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.search import Search
 from bimvox.library.set_up_search.set_up import Tried, front_of, why_lost
 from bimvox.progress import SilentProgress
+from bimvox.site.catalogue import machines_called
+from bimvox.site.checks import check_cranes
 from bimvox.site.config.site_config import ComponentConfig, ModelConfig
-from bimvox.site.crane_checks import check_cranes
 from bimvox.site.guess import guess_site
-from bimvox.site.machine_names import machines_called
 
 SAMPLES = Path(__file__).parents[3] / "sample_models"
 

@@ -24,11 +24,11 @@ from bimvox.planning.order.faster_order import travel_of
 from bimvox.planning.yard import allocate_yard
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import Lift
+from bimvox.site.catalogue import machines_called
 from bimvox.site.component import StoredPose
 from bimvox.site.config.site_config import ModelConfig
 from bimvox.site.guess import guess_site
 from bimvox.site.machine import cranes_of
-from bimvox.site.machine_names import machines_called
 from bimvox.site.site import Site
 from bimvox.site.trial import yard_points
 

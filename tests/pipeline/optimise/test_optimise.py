@@ -28,9 +28,9 @@ from bimvox.library.set_up_search.set_up import Effort
 from bimvox.library.set_up_search.yards import JOURNAL, Yards, may_move, other_yards
 from bimvox.library.verify import verify
 from bimvox.progress import SilentProgress
+from bimvox.site.catalogue import machines_called
 from bimvox.site.config.file import load_site_config
 from bimvox.site.config.site_config import ComponentConfig
-from bimvox.site.machine_names import machines_called
 
 SAMPLES = Path(__file__).parents[3] / "sample_models"
 

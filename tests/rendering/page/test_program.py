@@ -18,7 +18,7 @@ from bimvox.log.scene import states_before
 from bimvox.rendering.page import page as assets
 from bimvox.rendering.page.page import page_of
 from bimvox.rendering.words import plain
-from bimvox.site.construction import ConstructionState
+from bimvox.site.component import ConstructionState
 
 NODE = shutil.which("node")
 WEB = Path(assets.__file__).parent / "web"

@@ -3,7 +3,7 @@
 import pytest
 
 from bimvox.errors import ConfigError
-from bimvox.site.config.costs import CostsConfig
+from bimvox.site.config.calendar import CostsConfig
 from bimvox.site.config.file import parse_site_config
 from bimvox.site.config.template import site_toml
 

@@ -8,7 +8,7 @@ import pytest
 from own_machine import machine_text
 
 from bimvox.errors import ConfigError
-from bimvox.site.config.machine_file import machine_json_schema, machine_of
+from bimvox.site.config.crane import machine_json_schema, machine_of
 
 PATH = Path("lx.toml")
 TEXT = machine_text("LX 280", "hammerhead-65").decode()

@@ -7,12 +7,12 @@ import pytest
 from bimvox.bim.kinds.correction import Correction
 from bimvox.bim.kinds.kind import Kind
 from bimvox.errors import ConfigError
+from bimvox.site.collision import CLEARANCES
 from bimvox.site.config.file import parse_site_config
 from bimvox.site.config.rules import RulesConfig
 from bimvox.site.config.site_config import ModelConfig, SiteConfig, site_json_schema
 from bimvox.site.default_rules import ALL_KEPT, DEFAULT_RULES, Kept
 from bimvox.site.site import HeadingRule, Rules
-from bimvox.site.transit_clearance import CLEARANCES
 from bimvox.units import METRES_PER_UNIT
 
 

@@ -6,10 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.grid.frame import GridFrame
-from bimvox.site.obstructions.cells import obstruction_cells
-from bimvox.site.obstructions.notes import Where
+from bimvox.site.collision import grown_cells
+from bimvox.site.obstructions.cells import Where, obstruction_cells
 from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction, Points, Voxels
-from bimvox.site.transit_clearance import grown_cells
 
 FRAME = GridFrame((-1.0, 0.0, -0.1), 0.1)
 SHAPE = (20, 15, 12)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bimvox.errors import InputError
-from bimvox.site.obstructions import crowd
-from bimvox.site.obstructions.crowd import blockers_of
+from bimvox.site.obstructions import many
+from bimvox.site.obstructions.many import blockers_of
 
 SHAPE = (20, 15, 12)
 
@@ -40,8 +40,8 @@ def test_few_obstructions_are_one_object_each():
 
 @pytest.mark.parametrize("at_once", [0, 4, 10**6])
 def test_many_share_objects_and_a_cell_has_one(monkeypatch, at_once):
-    monkeypatch.setattr(crowd, "MOST_SINGLE", 3)
-    monkeypatch.setattr(crowd, "_AT_ONCE", at_once)
+    monkeypatch.setattr(many, "MOST_SINGLE", 3)
+    monkeypatch.setattr(many, "_CELLS_AT_ONCE", at_once)
     blockers = blockers_of(iter(FOUND), SHAPE)
     assert as_lists(blockers) == {
         "mesh": [(0, 0, z) for z in range(6)],
@@ -54,7 +54,7 @@ def test_many_share_objects_and_a_cell_has_one(monkeypatch, at_once):
 
 
 def test_few_large_ones_keep_their_names_and_each_cell_the_first(monkeypatch):
-    monkeypatch.setattr(crowd, "MOST_CELLS", 10)
+    monkeypatch.setattr(many, "MOST_CELLS", 10)
     found = as_lists(blockers_of(iter(FOUND), SHAPE))
     assert list(found) == ["mesh", "a", "b", "c", "e"]
     assert found["b"] == [(0, 0, 3), (0, 0, 4)]
@@ -63,6 +63,6 @@ def test_few_large_ones_keep_their_names_and_each_cell_the_first(monkeypatch):
 
 
 def test_more_cells_than_any_site_needs_are_refused(monkeypatch):
-    monkeypatch.setattr(crowd, "MOST_CELLS_IN_ALL", 12)
+    monkeypatch.setattr(many, "MOST_CELLS_IN_ALL", 12)
     with pytest.raises(InputError, match="more than 12 cells"):
         blockers_of(iter(FOUND), SHAPE)

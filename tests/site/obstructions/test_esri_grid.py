@@ -10,9 +10,8 @@ import pytest
 from bimvox.errors import BimvoxError
 from bimvox.grid.frame import GridFrame
 from bimvox.library.site import rasterise
-from bimvox.site.obstructions.cells import obstruction_cells
+from bimvox.site.obstructions.cells import Where, obstruction_cells
 from bimvox.site.obstructions.esri_grid import is_esri_grid, read_esri_grid, surface_of
-from bimvox.site.obstructions.notes import Where
 from bimvox.site.obstructions.obstruction_set import Obstruction
 
 HEAD = "ncols 3\nnrows 2\nxllcorner 10\nyllcorner 5\ncellsize 2\n"

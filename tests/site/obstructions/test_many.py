@@ -9,11 +9,9 @@ from hypothesis import strategies as st
 
 from bimvox.grid.frame import GridFrame
 from bimvox.site.obstructions import many
-from bimvox.site.obstructions.cells import obstruction_cells
+from bimvox.site.obstructions.cells import Where, obstruction_cells
 from bimvox.site.obstructions.many import cells_of_all
-from bimvox.site.obstructions.notes import Where
-from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction, Points, Voxels
-from bimvox.site.obstructions.rows import Rows
+from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction, Points, Rows, Voxels
 
 FRAME = GridFrame((-1.0, 0.0, -0.1), 0.1)
 SHAPE = (20, 15, 12)

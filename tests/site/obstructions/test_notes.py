@@ -1,7 +1,7 @@
 from functools import partial
 
 from bimvox.grid.frame import GridFrame
-from bimvox.site.obstructions.notes import MOST_NAMED, Notes, Where, note_about
+from bimvox.site.obstructions.cells import MOST_NAMED, Notes, Where, note_about
 
 
 def test_a_note_names_the_obstruction_and_the_site():

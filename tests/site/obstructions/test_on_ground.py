@@ -8,8 +8,7 @@ from box_buildings import rasterise_boxes
 from box_sites import box_mesh
 
 from bimvox.grid.frame import GridFrame
-from bimvox.site.obstructions.cells import obstruction_cells
-from bimvox.site.obstructions.notes import Where
+from bimvox.site.obstructions.cells import Where, obstruction_cells
 from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction, Points, Voxels
 
 FRAME = GridFrame((0.0, 0.0, -0.2), 0.2)

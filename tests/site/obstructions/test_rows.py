@@ -3,8 +3,7 @@ import pytest
 from box_sites import box_mesh
 
 from bimvox.errors import InputError
-from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Obstruction, ObstructionSet, Voxels
-from bimvox.site.obstructions.rows import Gathered, Rows
+from bimvox.site.obstructions.obstruction_set import Box, Cylinder, Gathered, Obstruction, ObstructionSet, Rows, Voxels
 
 FORMS = [
     Voxels(((1, 2, 3), (4, 5, -6))),
