@@ -7,7 +7,8 @@ a profile or a frame has a core. The thickness is measured by rays from points o
 opposite.
 
 A point is inside a part by the majority of three slanted rays: by the sum of signed crossings if every edge of the
-mesh is matched, otherwise by their parity. Sheets and open meshes have no inside if the rays disagree.
+mesh is matched, otherwise by their parity. Open meshes have no inside if the rays disagree. A flat sheet, such as the
+pane of a railing, has none: it is taken with both its sides, so that no ray through it changes sides.
 """
 
 from __future__ import annotations
@@ -226,6 +227,8 @@ _SHARE_OF_THICKNESS = 0.45
 _APART_M = 0.25
 _MOST_PARTS = 4
 _NO_AREA_M2 = 1e-12
+_SHEETS_APART_M = 0.01
+"""Faces that are drawn closer to each other may be meant as one shell."""
 
 
 class Solid(NamedTuple):
@@ -267,6 +270,7 @@ def solid_of(mesh: TriangleMesh, tolerance_m: float) -> Solid:
         mesh: The part's triangles.
         tolerance_m: Depth of the skin if the part is thick.
     """
+    mean_m, mesh = _mean_thickness_m(mesh), _with_both_sides(mesh)
     tree, (low, high) = _tree_of(mesh), mesh.bounds_m
     if not len(tree.corners_m):
         none = np.zeros((0, 3))
@@ -282,11 +286,38 @@ def solid_of(mesh: TriangleMesh, tolerance_m: float) -> Solid:
         tree.spans,
         np.stack([low + least, high - least]),
         are_edges_matched(corner_numbers(mesh)),
-        float(np.average(tree.thick_m, weights=tree.areas_m2)),
+        mean_m,
         np.zeros((0, 3)),
         _ends(tree.corners_m, tree.faces),
     )
     return solid._replace(seed_m=_seed(solid, tree.thick_m, tree.outward))
+
+
+@kept
+def _with_both_sides(mesh: TriangleMesh) -> TriangleMesh:
+    """Return a mesh with the other side of every flat sheet that it holds.
+
+    A sheet is an open piece in one plane, apart from all other open pieces: with these, it could bound a body.
+    """
+    faces, triangles = corner_numbers(mesh), mesh.triangles_m
+    if not len(faces) or are_edges_matched(faces):
+        return mesh
+    pieces = pieces_of(faces)
+    is_open = [own for own in (pieces == piece for piece in np.unique(pieces)) if not are_edges_matched(faces[own])]
+    boxes_m = np.array([(triangles[own].min(axis=(0, 1)), triangles[own].max(axis=(0, 1))) for own in is_open])
+    again = []
+    for own, (low, high) in zip(is_open, boxes_m, strict=True):
+        near = (boxes_m[:, 0] <= high + _SHEETS_APART_M) & (boxes_m[:, 1] >= low - _SHEETS_APART_M)
+        points_m = triangles[own].reshape(-1, 3) - triangles[own].mean(axis=(0, 1))
+        across = np.linalg.svd(points_m, full_matrices=False)[2][-1]
+        if near.all(axis=1).sum() == 1 and np.ptp(points_m @ across) <= _ROUNDING_M:
+            again.append(mesh.faces[own][:, ::-1])
+    return TriangleMesh(mesh.vertices_m, np.concatenate([mesh.faces, *again])) if again else mesh
+
+
+def _mean_thickness_m(mesh: TriangleMesh) -> float:
+    tree = _tree_of(mesh)
+    return float(np.average(tree.thick_m, weights=tree.areas_m2)) if len(tree.areas_m2) else 0.0
 
 
 class _Tree(NamedTuple):

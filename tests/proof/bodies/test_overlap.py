@@ -152,3 +152,44 @@ def test_positions_searched_together_are_as_each_alone():
             assert together.tolist() == alone
             seen |= set(alone)
     assert seen == {True, False}
+
+
+def pane(*corners):
+    return TriangleMesh(np.array(corners, np.float64), np.array([[0, 1, 2], [0, 2, 3]], np.int32))
+
+
+PANES = {
+    "upright": pane((1.2, -1.0, 0.1), (1.2, 2.0, 0.1), (1.2, 2.0, 3.0), (1.2, -1.0, 3.0)),
+    "leaning": pane((1.1, -1.0, 0.1), (1.1, 2.0, 0.1), (1.5, 2.0, 3.0), (1.5, -1.0, 3.0)),
+    "level": pane((-1.0, -1.0, 1.3), (1.05, -1.0, 1.3), (1.05, 3.0, 1.3), (-1.0, 3.0, 1.3)),
+}
+"""Single faces next to the cube, such as the glass of a railing: they bound nothing."""
+
+
+@pytest.mark.parametrize("names", [["upright"], ["level"], ["upright", "level"], ["leaning", "level"]])
+def test_a_flat_sheet_of_a_part_has_no_inside(names):
+    """A ray that goes out through a pane would take what is next to the part for its inside."""
+    railed = solid_of(joined(box_mesh(*CUBE), *(PANES[name] for name in names)), TOLERANCE_M)
+    points = np.random.default_rng(1).uniform(-0.9, 1.9, (300, 3))
+    for point in points:
+        in_cube = bool((point > 0.0).all() and (point < 1.0).all())
+        assert is_inside(railed, point) is in_cube, point
+    outside = solid_of(box_mesh((-0.5, -0.5, 1.05), (1.05, 0.5, 1.1)), TOLERANCE_M)
+    assert np.isnan(overlaps_m(railed, outside, np.zeros((1, 3)))).all()
+    inside = solid_of(box_mesh((0.4, 0.4, 0.9), (0.6, 0.6, 1.1)), TOLERANCE_M)
+    assert np.isfinite(overlaps_m(railed, inside, np.zeros((1, 3)))).all()
+
+
+@pytest.mark.parametrize("gap_m", [1e-5, 1e-3, 5e-3])
+def test_faces_with_gaps_between_them_still_bound_a_body(gap_m):
+    cube = box_mesh(*CUBE)
+    faces = [cube.faces[n : n + 2] for n in range(0, 12, 2)]
+    middle = np.array([0.5, 0.5, 0.5])
+    shrunk = 1.0 - 2.0 * gap_m
+    loose = []
+    for face in faces:
+        centre = cube.vertices_m[np.unique(face)].mean(axis=0)
+        loose.append(
+            TriangleMesh((cube.vertices_m[face.ravel()] - centre) * shrunk + centre, np.arange(6).reshape(2, 3))
+        )
+    assert is_inside(solid_of(joined(*loose), TOLERANCE_M), middle)
