@@ -260,11 +260,11 @@ class BatchDqn(DQN):
         values: torch.Tensor = self.q_net(batch.views).float()
         mine = values.gather(1, batch.actions)
         loss = functional.smooth_l1_loss(mine, wanted, beta=self.config.huber, reduction="none")
-        if self.config.priority:
-            memory.note_errors(batch.rows, (mine - wanted).abs().detach())
         if self.config.importance_first is not None:
             done = min(1.0, self.num_timesteps / max(1, self._total_timesteps))
             loss = loss * memory.importance(batch.rows, 1.0 - (1.0 - done) * (1.0 - self.config.importance_first))
+        if self.config.priority:  # after the weights, which correct for how these rows were drawn
+            memory.note_errors(batch.rows, (mine - wanted).abs().detach())
         loss = loss.mean()
         if self.config.teacher:
             blocked = _blocked(self.q_net, batch.views)

@@ -4,11 +4,10 @@ Small functions that the single and the batched environment share. :func:`_trans
 :func:`_has_arrived`, :func:`is_late`, :func:`is_complete` and :func:`is_truncated` are pure; :func:`stand_up` and
 :func:`assemble` write the arrays of a site.
 
-The reward of an action: the formula of ``bimvox.env.dynamics``, with serial numbers as in the paper.
-
-Equation (1) of Zhu, Pauwels and de Vries (2021), r0 = -1: each step of component i costs r0 / S_i, twice that from its
-step limit on; the step that assembles it earns n S_i and costs nothing: "only when the agent completes the task, it can
-get a positive reward" (the authors' script does the same). S_i is the serial number of the component, n their number.
+The reward of an action is the formula of ``bimvox.env.dynamics``, with serial numbers as in the paper. Equation (1) of
+Zhu, Pauwels and de Vries (2021), r0 = -1: each step of component i costs r0 / S_i, twice that from its step limit on;
+the step that assembles it earns n S_i and costs nothing: "only when the agent completes the task, it can get a positive
+reward" (the authors' script does the same). S_i is the serial number of the component, n their number.
 """
 
 from __future__ import annotations

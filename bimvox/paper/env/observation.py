@@ -1,10 +1,8 @@
 """The paper's observations by name: their spaces, and one kernel that writes any of them.
 
-The paper's observation: a map over (x, y) of six channels, heights in cells.
-
-A height is the index k of the highest cell of an object: 0 for the slab, 1 for a component in the yard, 2 for an
-obstruction two cells high, 5 for a column of four cells that hangs at k = 2. If several objects of one channel are
-stacked, the highest counts. The channels:
+``paper`` is a map over (x, y) of six channels, heights in cells. A height is the index k of the highest cell of an
+object: 0 for the slab, 1 for a component in the yard, 2 for an obstruction two cells high, 5 for a column of four cells
+that hangs at k = 2. If several objects of one channel are stacked, the highest counts. The channels:
 
 0. ``Zi`` height of an obstruction, or of a stored component.
 1. ``f`` 1 below the component in transit once it is late, otherwise 0.
@@ -15,9 +13,8 @@ stacked, the highest counts. The channels:
 
 With several components only the target of the one in transit is shown. Otherwise drawn targets could not be told apart.
 
-The egocentric pyramid: what is free around the component, the way to the goal, the last action.
-
-The pyramid is a window of ``WINDOW`` cells around the component on each of four levels (scale 1, 2, 4, 8):
+``egocentric`` tells what is free around the component, the way to the goal, and the last action. It is a window of
+``WINDOW`` cells around the component on each of four levels (scale 1, 2, 4, 8):
 
 * scale 1: whether the component can be at each neighbouring placement, by the one collision rule
   (:func:`bimvox.site.collision.placement_is_free`): 0 free, 1 blocked;

@@ -1,10 +1,9 @@
 """One training run with tests at intervals; both layers consist of such runs.
 
-The eight rotations and mirrorings of a site in plan, applied to the egocentric observation.
-
-The rules are the same in every direction in plan and in a mirror. A rotated or mirrored transition is therefore a
-possible transition on the rotated or mirrored site, with the same reward. With gradient steps on such images (data
-augmentation), one environment step teaches as much as eight.
+A transition has eight images: the rotations and mirrorings of its site in plan. The rules are the same in every
+direction in plan and in a mirror. A rotated or mirrored transition is therefore a possible transition on the rotated or
+mirrored site, with the same reward. With gradient steps on such images (data augmentation), one environment step
+teaches as much as eight.
 
 The images are exact: the windows are square in plan and centred on the component on every level, whatever its shape.
 The way to the goal and the last action are transformed with them.
