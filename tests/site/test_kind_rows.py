@@ -181,3 +181,14 @@ def test_the_way_of_a_part_that_the_site_file_lifts_is_no_assumption():
     entries = (ComponentConfig(global_id="a", means="crane"),)
     found = rows_of(*(part(name, judgement=NAMED) for name in "ab"), entries=entries)
     assert {(row.type_name, row.is_doubtful) for row in found} == {("a", False), ("b", True)}
+
+
+def test_of_eight_walls_of_a_type_the_one_that_is_cast_has_a_row_of_its_own():
+    walls = [part(f"w{n}", "IfcWall", 9.0 * n, judgement=NAMED, type_name="Concrete 300") for n in range(8)]
+    entries = (ComponentConfig(global_id="w3", means="in_situ", why="no usual crane lifts it"),)
+    lifted, cast = rows_of(*walls, entries=entries)
+    assert [(row.means, row.count, row.is_way_assumed) for row in (lifted, cast)] == [
+        ("crane", 7, True),
+        ("in_situ", 1, False),
+    ]
+    assert cast.why.endswith("; no usual crane lifts it")
