@@ -18,5 +18,5 @@ settings.load_profile("bimvox")
 def warm_workers() -> Iterator[None]:
     """Fork the geometry processes from one that has their libraries."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("bimvox.bim.ifc.process.start_connected", start_warm)
+        patch.setattr("bimvox.bim.ifc.geometry.start_connected", start_warm)
         yield

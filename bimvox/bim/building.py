@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -10,9 +11,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.kinds.kind import UNKNOWN, Judgement
-from bimvox.bim.mass_uncertainty import mass_uncertainty
 from bimvox.errors import listed
 from bimvox.kept import kept
+
+ASSUMED = 0.25
+"""From this share on, a mass is an assumption."""
+_BY_SOURCE = {"quantity": 0.03, "density": 0.1, "default": ASSUMED}
+_GUESSED_VOLUME = 0.4
+
+
+def mass_uncertainty(source: str, volume_guessed: bool) -> float:
+    """Return the share by which a mass may be wrong (professional judgement).
+
+    Args:
+        source: Where the mass comes from: ``quantity``, ``density`` or ``default``; empty if that is not known.
+        volume_guessed: Whether the volume is guessed, because the mesh is open.
+    """
+    if volume_guessed and source != "quantity":
+        return _GUESSED_VOLUME
+    return _BY_SOURCE.get(source, ASSUMED)
 
 
 class Role(StrEnum):
@@ -253,3 +270,20 @@ class Building:
         """(2, 3) float64: the box around all elements."""
         corners = np.stack([element.mesh.bounds_m for element in self.elements])
         return np.stack([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
+
+
+_NUMBERED = re.compile(r"(?:[-\s:_#.]+[^\W\d_]{0,2}\d+)+$")
+_MARK = re.compile(r"[^\W\d]+(?=\d+$)")
+"""The letters of a part's mark: ``C`` of ``C101``."""
+
+
+def type_of(element: Element) -> str | None:
+    """Return the name of a part's type, otherwise its own without the number at its end; None if it has neither."""
+    return element.type_name or without_number(element.name) or None
+
+
+def without_number(name: str) -> str:
+    """Return a name without the numbers at its end."""
+    plain = _NUMBERED.sub("", name)
+    mark = _MARK.match(plain)
+    return mark[0] if mark else plain

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from bimvox.bim.kinds.correction import Correction
+from bimvox.bim.kinds.kind import Correction
 from bimvox.errors import InputError, SelectionError, shown
 from bimvox.processes import processors
 

@@ -1,4 +1,4 @@
-"""The box around a part along its own main directions, however it is turned."""
+"""Boxes around a part: along its own main directions, upright, and laid flat for the lorry that takes it."""
 
 from __future__ import annotations
 
@@ -42,3 +42,24 @@ def _outline(points: NDArray[np.float64]) -> NDArray[np.float64]:
     except (QhullError, ValueError):
         (x0, y0), (x1, y1) = points.min(axis=0), points.max(axis=0)
         return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+
+
+def sizes_m(mesh: TriangleMesh) -> tuple[float, float, float]:
+    """Return the edges of a part's smallest upright box, the longest first; it may be turned about the vertical."""
+    low, high = mesh.bounds_m
+    x, y, z = sorted((*plan_sides_m(mesh), float(high[2] - low[2])), reverse=True)
+    return x, y, z
+
+
+def boxes_m(mesh: TriangleMesh) -> tuple[tuple[float, float, float], ...]:
+    """Return the boxes in which a part can be brought, the smaller one first; one of them if they are the same."""
+    return tuple(dict.fromkeys((laid_flat_m(mesh), sizes_m(mesh))))
+
+
+def laid_flat_m(mesh: TriangleMesh) -> tuple[float, float, float]:
+    """Return the edges of the smaller of two boxes, the longest first: upright, and along a part's own main directions.
+
+    A brace or a rafter is set at a slope, but no lorry carries it like that.
+    """
+    z, y, x = own_sides_m(mesh)
+    return min((sizes_m(mesh), (x, y, z)), key=lambda sizes: round(float(np.prod(sizes)), 6))

@@ -1,12 +1,13 @@
-"""Transform a building into the site frame: axes along the building, z = 0 at the top of the ground."""
+"""Origins: near the model for small numbers, and the site frame, its axes along the building, z = 0 at the ground."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from bimvox.bim.building import Building, TriangleMesh
 
@@ -58,3 +59,74 @@ def in_site_frame(building: Building, *, ground_m: float, yaw_rad: float = 0.0) 
         for element in building.elements
     )
     return replace(building, elements=elements), site_to_local
+
+
+FAR_M = 1000.0
+"""A model that is entirely beyond this distance along an axis gets a local origin on that axis."""
+
+
+def local_origin(bounds_m: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Return the (3,) whole-metre point to subtract; zeros for a model near its origin.
+
+    Whole metres do not shift a lattice whose cells divide a metre. Each axis is judged separately: a georeferenced
+    model is usually far away in x and y, and its heights stay as modelled.
+
+    Args:
+        bounds_m: (2, 3) boxes of the elements, lowest and highest corner.
+    """
+    if not bounds_m:
+        return np.zeros(3)
+    low = np.min([box[0] for box in bounds_m], axis=0)
+    high = np.max([box[1] for box in bounds_m], axis=0)
+    far = (low > FAR_M) | (high < -FAR_M)
+    return np.where(far, np.floor(low), 0.0)
+
+
+def stray(bounds_m: Sequence[NDArray[np.float64]]) -> NDArray[np.int64]:
+    """Return the indices of boxes whose centre is more than ``FAR_M`` from the median centre."""
+    centres = np.array([box.mean(axis=0) for box in bounds_m]).reshape(-1, 3)
+    if not len(centres):
+        return np.zeros(0, dtype=np.int64)
+    distance = np.linalg.norm(centres - np.median(centres, axis=0), axis=1)
+    return np.flatnonzero(distance > FAR_M)
+
+
+_BEGINS = "the model is placed on the map twice"
+_FAR_M = 10_000.0
+"""Farther from the origin than a site reaches, so these are map coordinates."""
+_ALIKE_M = 100_000.0
+
+
+def placed_twice(georeference: Mapping[str, str | float], middle_m: ArrayLike) -> str | None:
+    """Return a note if a model's geometry is in map coordinates already, and its map conversion moves it again.
+
+    A conversion that brings far geometry closer to the origin, such as one between two maps, is no fault.
+
+    Args:
+        georeference: ``Building.georeference``.
+        middle_m: (3,) middle of the geometry in the file's world coordinates, metres.
+    """
+    if "eastings_m" not in georeference:
+        return None
+    at = np.asarray(middle_m, np.float64)[:2]
+    by = np.array([float(georeference["eastings_m"]), float(georeference["northings_m"])])
+    yaw_rad = float(georeference.get("x_axis_yaw_rad", 0.0))
+    cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
+    placed = by + np.array([[cos, -sin], [sin, cos]]) @ at
+    own, added, total, apart = (float(np.hypot(*point)) for point in (at, by, placed, at - by))
+    if min(own, added) < _FAR_M or (total < own / 2.0 and apart > _ALIKE_M):
+        return None
+    return (
+        f"{_BEGINS}: its geometry lies at {_shown(at)} already, and its map conversion adds {_shown(by)}, which makes "
+        f"{_shown(placed)}; export it with one of the two, before anything is set out by map coordinates"
+    )
+
+
+def is_about_place(note: str) -> bool:
+    """Return whether a note says that a model is placed twice."""
+    return note.startswith(_BEGINS)
+
+
+def _shown(point: ArrayLike) -> str:
+    x, y = np.asarray(point).tolist()
+    return f"({x:,.1f}, {y:,.1f}) m"

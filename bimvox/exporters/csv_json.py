@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from bimvox.bim.own_box import laid_flat_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.exporters.text import table
 from bimvox.log.moving import tracks_of
@@ -21,7 +22,6 @@ from bimvox.records.steps import Steps, needed_by_ns
 from bimvox.records.track import heading_in_words
 from bimvox.records.unloading import UnloadingLift, unloading_lifts
 from bimvox.site.component import Component
-from bimvox.site.upright_box import laid_flat_m
 
 SAMPLE_COLUMNS = {
     "number": "number of the lift, from 1",

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Building
-from bimvox.bim.kinds.correction import OUT, SITE_FILE_SAYS
+from bimvox.bim.kinds.kind import OUT, SITE_FILE_SAYS
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import BimvoxError, FileError
 from bimvox.live.deciders import Rules as DecisionRules

@@ -26,6 +26,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.bim.own_box import boxes_m
 from bimvox.crane.travel import Travel
 from bimvox.grid.frame import whole_cells
 from bimvox.kept import kept
@@ -37,7 +38,6 @@ from bimvox.site.component import Component, StoredPose, erection_size_vox, turn
 from bimvox.site.default_rules import HEADROOM_M, INLOADER_M, NOTHING_KEPT
 from bimvox.site.means import Means
 from bimvox.site.site import HeadingRule, Site
-from bimvox.site.upright_box import boxes_m
 from bimvox.site.work import Work, kind_of
 
 # What one truck carries: its mass, and room for its parts on a flat bed or in an inloader.

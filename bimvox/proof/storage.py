@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.bim.own_box import laid_flat_m, sizes_m
 from bimvox.proof.crane.axes import shares_of_capacity
 from bimvox.proof.moment import Thing, beside, stored_thing
 from bimvox.proof.space import whole_cells
@@ -19,7 +20,6 @@ from bimvox.records.proof import Check
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import GROUND_ID, Site
-from bimvox.site.upright_box import laid_flat_m, sizes_m
 from bimvox.site.work import Work, kind_of
 from bimvox.units import mass_text
 

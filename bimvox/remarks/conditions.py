@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from bimvox.bim.kinds.kind import Confidence, Kind
-from bimvox.bim.placed_twice import is_about_place
+from bimvox.bim.site_frame import is_about_place
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import enumerated
 from bimvox.proof.over_time import not_current

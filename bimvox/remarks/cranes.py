@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from shapely import MultiPoint, box
 
-from bimvox.bim.densities import density_of_kind
+from bimvox.bim.building import ASSUMED
 from bimvox.bim.kinds.kind import Confidence, Kind
-from bimvox.bim.mass_uncertainty import ASSUMED
+from bimvox.bim.kinds.words import density_of_kind
 from bimvox.compiled import kernel
 from bimvox.crane.machine import Machine, differences, does_more, is_same
 from bimvox.crane.outline import mast_box_m

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bimvox.bim.building import TriangleMesh, plain_class
 from bimvox.bim.kinds.kind import Kind
 from bimvox.bim.kinds.words import meaning_of
+from bimvox.bim.own_box import laid_flat_m, sizes_m
 from bimvox.kept import kept
 from bimvox.proof.bodies.solid import Solid, is_inside, surfaces_cross
 from bimvox.proof.bodies.triangle_tree import tree_over
@@ -33,7 +34,6 @@ from bimvox.site.default_rules import (
 from bimvox.site.ground import stand_on_ground
 from bimvox.site.means import Means
 from bimvox.site.site import Blocker, names_by_id
-from bimvox.site.upright_box import laid_flat_m, sizes_m
 from bimvox.site.work import Work, kind_of
 
 FLOATS = "floats"

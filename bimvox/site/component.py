@@ -8,9 +8,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bimvox.bim.building import Casting, TriangleMesh, part_name
+from bimvox.bim.building import Casting, TriangleMesh, mass_uncertainty, part_name
 from bimvox.bim.kinds.kind import UNKNOWN, Judgement
-from bimvox.bim.mass_uncertainty import mass_uncertainty
 from bimvox.crane.gear import Rig
 from bimvox.grid.summed_area import boxes_of
 from bimvox.site.means import Means

@@ -9,9 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Building, Casting, Element, Role, TriangleMesh
+from bimvox.bim.building import ASSUMED, Building, Casting, Element, Role, TriangleMesh
 from bimvox.bim.kinds.kind import Confidence
-from bimvox.bim.mass_uncertainty import ASSUMED
 from bimvox.crane.machine import Machine, carries_most
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane

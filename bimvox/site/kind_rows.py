@@ -7,10 +7,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from bimvox.bim.building import BUILT, Building, Element, Role, plain_class
-from bimvox.bim.kinds.correction import SITE_FILE_SAYS
-from bimvox.bim.kinds.kind import Confidence, Kind
-from bimvox.bim.type_name import type_of, without_number
+from bimvox.bim.building import BUILT, Building, Element, Role, plain_class, type_of, without_number
+from bimvox.bim.kinds.kind import SITE_FILE_SAYS, Confidence, Kind
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.guess import means_on_site, placed_on_site
 from bimvox.site.means import WAY_ASSUMED, Means, Reasoned, is_way_assumed

@@ -15,13 +15,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Casting, Element, plain_class
-from bimvox.bim.kinds.correction import SITE_FILE_SAYS
-from bimvox.bim.kinds.kind import Confidence, Kind
-from bimvox.bim.type_name import type_of
+from bimvox.bim.building import Casting, Element, plain_class, type_of
+from bimvox.bim.kinds.kind import SITE_FILE_SAYS, Confidence, Kind
+from bimvox.bim.own_box import boxes_m, sizes_m
 from bimvox.errors import SelectionError, enumerated
 from bimvox.site.default_rules import ON_GROUND_M
-from bimvox.site.upright_box import boxes_m, sizes_m
 from bimvox.site.work import Work, kind_of, work_of
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from bimvox.bim.building import Element, Role, TriangleMesh
-from bimvox.bim.kinds.correction import OUT
+from bimvox.bim.kinds.kind import OUT
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import NO_HINTS, Component, IntVec, OrderHints, StoredPose, shape_of
 from bimvox.site.config.site_config import ComponentConfig, SiteConfig

@@ -14,7 +14,7 @@ import shapely
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh, plain_class
-from bimvox.bim.densities import STEEL_KG_M3, density_by_name
+from bimvox.bim.kinds.words import STEEL_KG_M3, density_by_name
 from bimvox.kept import kept
 
 

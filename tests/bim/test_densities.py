@@ -4,7 +4,7 @@ import unicodedata
 
 import pytest
 
-from bimvox.bim.densities import density_by_name
+from bimvox.bim.kinds.words import density_by_name
 
 
 @pytest.mark.parametrize(

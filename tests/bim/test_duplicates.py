@@ -7,7 +7,7 @@ import pytest
 from box_buildings import box_element, building_of
 
 from bimvox.bim.building import Role, TriangleMesh
-from bimvox.bim.duplicates import without_duplicates
+from bimvox.bim.strays import without_duplicates
 
 ONE = box_element("one", (0, 0, 0), (4, 0.3, 3))
 TWO = box_element("two", (0, 0, 0), (4, 0.3, 3), mass_kg=9e3)

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bimvox.bim.local_origin import FAR_M, local_origin, stray
+from bimvox.bim.site_frame import FAR_M, local_origin, stray
 
 
 def cube(x: float, y: float, z: float) -> np.ndarray:

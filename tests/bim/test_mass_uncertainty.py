@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bimvox.bim.mass_uncertainty import ASSUMED, mass_uncertainty
+from bimvox.bim.building import ASSUMED, mass_uncertainty
 
 
 @pytest.mark.parametrize(

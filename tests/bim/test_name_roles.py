@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from bimvox.bim.building import Role
-from bimvox.bim.name_roles import role_by_name
+from bimvox.bim.kinds.words import role_by_name
 
 
 @pytest.mark.parametrize(

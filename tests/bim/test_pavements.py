@@ -4,7 +4,7 @@ import pytest
 from box_buildings import box_element, building_of
 
 from bimvox.bim.building import Role
-from bimvox.bim.pavements import pavements_as_ground
+from bimvox.bim.strays import pavements_as_ground
 
 
 def _house(*, role=Role.COMPONENT):

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from bimvox.bim.placed_twice import is_about_place, placed_twice
+from bimvox.bim.site_frame import is_about_place, placed_twice
 
 FAR = {"eastings_m": 155_000.0, "northings_m": 463_000.0, "height_m": 3.0}
 

@@ -47,7 +47,7 @@ def test_no_leg_leans_by_more_than_half_the_angle(points, angle):
 
 
 def test_anchors_are_found_by_name():
-    from bimvox.bim.ifc.anchors import is_lifting_anchor
+    from bimvox.bim.ifc.assembly import is_lifting_anchor
 
     class Product:
         def __init__(self, name, object_type=None):

@@ -15,7 +15,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import IO, Any
 
-from bimvox.bim.ifc.process import WORKER_COMMAND
+from bimvox.bim.ifc.geometry import WORKER_COMMAND
 from bimvox.processes import start_connected
 
 PRELOADED = ["bimvox.bim.ifc.worker", "bimvox.bim.ifc.select"]

@@ -2,32 +2,101 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Casting, Element, Role, TriangleMesh
-from bimvox.bim.densities import density_of_kind, of_same_mass
-from bimvox.bim.ifc.anchors import anchors_without_mesh, points_of_group
-from bimvox.bim.ifc.assembly import Aggregation, Group, MeshedProduct
-from bimvox.bim.ifc.casting import stated_casting
+from bimvox.bim.ifc.answer import Selected
+from bimvox.bim.ifc.assembly import Aggregation, Group, MeshedProduct, anchors_without_mesh, points_of_group
 from bimvox.bim.ifc.class_roles import CURTAIN_TYPES, UNKNOWN, is_never_precast, role_of_class
-from bimvox.bim.ifc.corrections import NO_CORRECTIONS, ProductCorrections
 from bimvox.bim.ifc.group_mass import GroupMasses, Weighed
 from bimvox.bim.ifc.mass import DOUBTS, REPEATED_WHOLE, Masses
 from bimvox.bim.ifc.open import OpenedIfc
-from bimvox.bim.ifc.properties import Properties, layers_of
-from bimvox.bim.ifc.relations import connected_products, element_pairs, storey_height, storey_of
-from bimvox.bim.ifc.tasks import ProductTask, tasks_of_products
+from bimvox.bim.ifc.properties import Properties, layers_of, stated_casting
+from bimvox.bim.ifc.relations import (
+    ProductTask,
+    connected_products,
+    element_pairs,
+    storey_height,
+    storey_of,
+    tasks_of_products,
+)
 from bimvox.bim.ifc.text import label
-from bimvox.bim.kinds.correction import OUT, Corrected
-from bimvox.bim.kinds.drawn_solid import solid_share
-from bimvox.bim.kinds.evidence import Facts, casting_of, judge
-from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
-from bimvox.bim.kinds.words import meaning_of
-from bimvox.bim.name_roles import is_existing_by_name, role_by_name
+from bimvox.bim.kinds.evidence import Facts, casting_of, judge, solid_share
+from bimvox.bim.kinds.kind import (
+    OUT,
+    UNTOUCHED,
+    Confidence,
+    Corrected,
+    Correction,
+    Judgement,
+    Kind,
+    all_of,
+    refused,
+    unmatched,
+)
+from bimvox.bim.kinds.words import density_of_kind, is_existing_by_name, meaning_of, of_same_mass, role_by_name
+from bimvox.errors import NothingSelectedError, SelectionError
+
+
+class ProductCorrections:
+    """The corrections of one file.
+
+    Args:
+        corrections: As the site file has them.
+        select_each: Returns the step ids that queries match, or the errors about them.
+
+    Raises:
+        SelectionError: If a query is malformed; names its place in the file.
+    """
+
+    def __init__(
+        self,
+        corrections: Sequence[Correction] = (),
+        select_each: Callable[[Sequence[str]], Sequence[Selected]] = lambda queries: (),
+    ) -> None:
+        self._corrections = corrections
+        self._matched: set[Correction] = set()
+        by_query = [one for one in corrections if not one.one_part]
+        self._ids: dict[Correction, frozenset[int]] = {}
+        for correction, found in zip(by_query, select_each([one.select for one in by_query]), strict=True):
+            if isinstance(found, SelectionError) and not isinstance(found, NothingSelectedError):
+                raise refused(correction, found)
+            self._ids[correction] = frozenset() if isinstance(found, SelectionError) else found
+
+    @property
+    def step_ids(self) -> frozenset[int]:
+        """The products that the queries match."""
+        return frozenset().union(*self._ids.values())
+
+    def of(self, group: Group, owner: Any) -> Corrected:
+        """Return what the corrections say of a group: those that select its owner, an ancestor, or all its members."""
+        if not self._corrections:
+            return UNTOUCHED
+        above, members = {group.owner, *group.ancestors}, frozenset(group.members)
+        names = (str(owner.GlobalId), f"{owner.GlobalId}#{group.owner}")
+        found = [
+            one
+            for one in self._corrections
+            if (
+                one.select in names
+                if one.one_part
+                else not above.isdisjoint(self._ids[one]) or members <= self._ids[one]
+            )
+        ]
+        self._matched.update(found)
+        return all_of(found)
+
+    def notes(self) -> list[str]:
+        """Return a note about each correction of types that has selected nothing."""
+        return unmatched([one for one in self._corrections if not one.one_part], self._matched.__contains__)
+
+
+NO_CORRECTIONS = ProductCorrections()
+
 
 _SHOWN = 5
 _STAYS = (Role.STRUCTURE, Role.GROUND)

@@ -1,14 +1,140 @@
-"""What takes the geometry kernel minutes or for ever, found before it is asked."""
+"""What takes the geometry kernel minutes or for ever, found before it is asked; and what does not fit the schema."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
+import ifcopenshell
+import ifcopenshell.validate
 import numpy as np
 
-from bimvox.bim.ifc.curves import products_with
+from bimvox.errors import IfcError
+
+LARGE_M = 0.8
+"""Radius above which the 64 edges of the fast library deviate by more than the plain library's 1 mm."""
+
+_CIRCLES = ("IfcCircle", "IfcCircleProfileDef", "IfcRightCircularCylinder", "IfcRightCircularCone", "IfcSphere")
+_FLAT = ("Annotation", "Curve", "FootPrint", "Geometric", "Point")
+_FOLLOWED = ("IfcRepresentationItem", "IfcProfileDef", "IfcRepresentation", "IfcRepresentationMap")
+
+
+def largely_curved(file: Any, metres_per_unit: float) -> frozenset[int]:
+    """Return the step ids of the products whose shape, or an opening in it, contains a curve of a large radius.
+
+    Args:
+        file: The ``ifcopenshell.file``.
+        metres_per_unit: Its length unit in metres.
+    """
+    return _products_with(file, _large_curves(file, LARGE_M / metres_per_unit))
+
+
+def _products_with(file: Any, items: Iterable[Any]) -> frozenset[int]:
+    """Return the step ids of the products whose shape, or an opening in it, contains one of the items."""
+    above = list(items)
+    seen = {item.id() for item in above}
+    products: set[int] = set()
+    while above:
+        for user in file.get_inverse(above.pop()):
+            if user.id() in seen:
+                continue
+            seen.add(user.id())
+            if user.is_a("IfcProductRepresentation"):
+                products |= _owners(user)
+            elif any(user.is_a(name) for name in _FOLLOWED) and not _is_flat(user):
+                above.append(user)
+    return frozenset(products)
+
+
+def _large_curves(file: Any, radius: float) -> Iterator[Any]:
+    for name in _CIRCLES:
+        for circle in file.by_type(name):
+            if float(getattr(circle, "Radius", None) or getattr(circle, "BottomRadius", None) or 0.0) > radius:
+                yield circle
+    for ellipse in file.by_type("IfcEllipse"):
+        if max(float(ellipse.SemiAxis1), float(ellipse.SemiAxis2)) > radius:
+            yield ellipse
+    for solid in file.by_type("IfcRevolvedAreaSolid"):
+        # Profiles surround the origin of the solid, so this is their distance from the axis.
+        if float(np.linalg.norm(solid.Axis.Location.Coordinates)) > radius:
+            yield solid
+    if file.schema != "IFC2X3":
+        yield from (curve for curve in file.by_type("IfcIndexedPolyCurve") if _largest_arc(curve) > radius)
+
+
+def _largest_arc(curve: Any) -> float:
+    """Return the largest arc radius of an ``IfcIndexedPolyCurve``; 0.0 if it has no arcs."""
+    arcs = [segment.wrappedValue for segment in curve.Segments or () if segment.is_a("IfcArcIndex")]
+    if not arcs:
+        return 0.0
+    points = np.array(curve.Points.CoordList, dtype=np.float64)
+    a, b, c = np.moveaxis(points[np.array(arcs, dtype=np.int64) - 1], 1, 0)
+    sides = np.linalg.norm([b - a, c - b, a - c], axis=2)
+    half = sides.sum(axis=0) / 2.0
+    area = np.sqrt(np.maximum(half * np.prod(half - sides, axis=0), 0.0))  # Heron
+    return float(np.divide(sides.prod(axis=0), 4.0 * area, out=np.zeros(len(arcs)), where=area > 0.0).max())
+
+
+def _is_flat(item: Any) -> bool:
+    """Return whether it is a representation of lines, such as the swing of a door in a plan."""
+    return bool(item.is_a("IfcRepresentation")) and str(item.RepresentationType or "").startswith(_FLAT)
+
+
+def _owners(shape: Any) -> set[int]:
+    """Return the products that a product shape belongs to; for an opening, the product that it is cut out of."""
+    owners = set()
+    for product in getattr(shape, "ShapeOfProduct", ()):
+        voids = getattr(product, "VoidsElements", None) or ()
+        owners.add(voids[0].RelatingBuildingElement.id() if voids else product.id())
+    return owners
+
+
+_MISREAD = (AttributeError, TypeError, ValueError, LookupError, ArithmeticError, RuntimeError)
+
+
+@contextmanager
+def named_misfit(path: Path, file: Any) -> Iterator[None]:
+    """Turn what a missing or misplaced value causes into an error that names it; other errors pass unchanged.
+
+    Args:
+        path: The file.
+        file: The ``ifcopenshell.file`` that is read meanwhile.
+
+    Raises:
+        IfcError: If reading fails and an instance does not fit the schema.
+    """
+    try:
+        yield
+    except _MISREAD as error:
+        misfit = _first_misfit(file)
+        if misfit is None:
+            raise
+        raise IfcError(
+            path, f"is damaged: {misfit}", hint="export the model again, or correct it in the authoring program"
+        ) from error
+
+
+def _first_misfit(file: Any) -> str | None:
+    """Return the first attribute whose value the schema does not allow; relations before all else."""
+    schema = ifcopenshell.ifcopenshell_wrapper.schema_by_name(file.schema_identifier)
+    relations = file.by_type("IfcRelationship")
+    for instance in (*relations, *(one for one in file if not one.is_a("IfcRelationship"))):
+        definition = schema.declaration_by_name(instance.is_a()).as_entity()
+        for position, attribute in enumerate(definition.all_attributes()):
+            if definition.derived()[position]:
+                continue
+            named = f"#{instance.id()}={instance.is_a()} has {{}} as its {attribute.name()}"
+            value = instance[position]
+            if value is None:
+                if not attribute.optional():
+                    return named.format("nothing")
+            elif not ifcopenshell.validate.assert_valid(attribute.type_of_attribute(), value, schema, no_throw=True):
+                return named.format("a value that the schema does not allow")
+    return None
+
 
 MOST_POINTS = 50_000
 """Most points of one outline: the time of the kernels grows with their square."""
@@ -48,9 +174,9 @@ def endless_products(file: Any, outlines: Mapping[int, int], step_ids: Collectio
     found = {
         product: f"an outline of it has {points:,} points, more than {MOST_POINTS:,}"
         for outline, points in outlines.items()
-        for product in products_with(file, [file.by_id(outline)])
+        for product in _products_with(file, [file.by_id(outline)])
     }
-    cut = products_with(file, _circular_booleans(file))
+    cut = _products_with(file, _circular_booleans(file))
     found |= dict.fromkeys(cut, "a boolean operation in it has itself as operand")
     deep = _too_deep(file, step_ids)
     return found | dict.fromkeys(deep, f"it is a part of itself, or nested in more than {_MOST_WHOLES} assemblies")

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
-from bimvox.bim.densities import DEFAULT_DENSITY_KG_M3, density_by_name
 from bimvox.bim.ifc.properties import Properties, Stated, has_thickness, layers_of, numbers_in
 from bimvox.bim.ifc.text import label
 from bimvox.bim.ifc.units import Units
+from bimvox.bim.kinds.words import DEFAULT_DENSITY_KG_M3, density_by_name
 from bimvox.bim.mesh.repair import SHEET_M
 
 # Net before gross: a gross weight is that of the stock before cuts and openings (50 % more on one cut balcony).

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import ifcopenshell.util.element as element_util
 
+from bimvox.bim.building import Casting
 from bimvox.bim.ifc.text import label
+from bimvox.bim.kinds.words import casting_by_name
 
 _MOST = 1e15
 """A larger number is not a quantity, in any unit."""
@@ -94,7 +96,7 @@ class Properties:
             product: The ``IfcProduct``.
             names: In lower case, without blanks and underscores.
         """
-        if not any(plain_key(key) in names for values in self.sets_of(product).values() for key in values):
+        if not any(_plain_key(key) in names for values in self.sets_of(product).values() for key in values):
             return []
         found = [
             (names.index(name), stated)
@@ -109,11 +111,11 @@ def numbers_in(definition: Any) -> Iterator[tuple[str, Stated]]:
     """Yield the positive numbers in a set of properties or quantities, by name in lower case without blanks."""
     for entry in getattr(definition, "Quantities", None) or ():
         if entry.is_a("IfcPhysicalSimpleQuantity") and _is_positive(entry[3]):
-            yield plain_key(label(entry.Name)), Stated(float(entry[3]), entry.is_a(), entry.Unit)
+            yield _plain_key(label(entry.Name)), Stated(float(entry[3]), entry.is_a(), entry.Unit)
     for entry in getattr(definition, "HasProperties", None) or getattr(definition, "Properties", None) or ():
         value = entry.NominalValue if entry.is_a("IfcPropertySingleValue") else None
         if value is not None and _is_positive(value.wrappedValue):
-            yield plain_key(label(entry.Name)), Stated(float(value.wrappedValue), value.is_a(), entry.Unit)
+            yield _plain_key(label(entry.Name)), Stated(float(value.wrappedValue), value.is_a(), entry.Unit)
 
 
 def _definitions(product: Any) -> Iterator[Any]:
@@ -130,7 +132,7 @@ def _is_positive(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < _MOST
 
 
-def plain_key(name: str) -> str:
+def _plain_key(name: str) -> str:
     """Return the name of a property in lower case, without blanks and underscores."""
     return name.lower().replace(" ", "").replace("_", "")
 
@@ -162,3 +164,20 @@ def layers_of(product: Any) -> list[tuple[Any, float]]:
     else:
         return []
     return [(part, weight) for part, weight in layers if part is not None]
+
+
+_STATED = ("castingmethod", "constructionmethod", "castunittype")
+"""Properties that state it: ``Pset_ConcreteElementGeneral`` of IFC4 and of IFC2X3, and Tekla's cast unit type."""
+_PRECAST_SET = "Pset_PrecastConcreteElement"
+
+
+def stated_casting(sets: Mapping[str, Mapping[str, Any]]) -> Casting | None:
+    """Return how a part is cast, as its property sets state it; None if they do not."""
+    for name, properties in sets.items():
+        for key, value in properties.items():
+            is_stated = _plain_key(key) in _STATED and isinstance(value, str)
+            if is_stated and (found := casting_by_name(value)) is not None:
+                return found
+        if name.startswith(_PRECAST_SET):
+            return Casting.PRECAST
+    return None

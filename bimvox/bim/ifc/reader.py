@@ -12,24 +12,18 @@ from numpy.typing import NDArray
 
 from bimvox.bim.building import BUILT, Building, Role, SkippedProduct, Source, TriangleMesh, part_name
 from bimvox.bim.ifc.assembly import Extent, MeshedProduct
-from bimvox.bim.ifc.class_roles import TOO_SMALL, reason_not_solid, reason_too_small, role_of_class
-from bimvox.bim.ifc.corrections import ProductCorrections
-from bimvox.bim.ifc.curves import largely_curved
-from bimvox.bim.ifc.elements import ElementBuilder
-from bimvox.bim.ifc.endless import endless_products
+from bimvox.bim.ifc.class_roles import TOO_SMALL, by_default, reason_not_solid, reason_too_small, role_of_class
+from bimvox.bim.ifc.elements import ElementBuilder, ProductCorrections
+from bimvox.bim.ifc.endless import endless_products, largely_curved, named_misfit
 from bimvox.bim.ifc.geometry import GeometryPool
-from bimvox.bim.ifc.georeference import georeference_of
-from bimvox.bim.ifc.lifted_parts import by_default
-from bimvox.bim.ifc.misfits import named_misfit
 from bimvox.bim.ifc.open import OpenedIfc, open_ifc
 from bimvox.bim.ifc.properties import Properties
 from bimvox.bim.ifc.relations import stated_terrain_m, storeys_of
-from bimvox.bim.ifc.shape import PlacedShape
-from bimvox.bim.ifc.shared import shape_groups
+from bimvox.bim.ifc.shape import PlacedShape, shape_groups
 from bimvox.bim.ifc.text import label
-from bimvox.bim.local_origin import local_origin
+from bimvox.bim.ifc.units import georeference_of
 from bimvox.bim.options import ReadOptions
-from bimvox.bim.placed_twice import placed_twice
+from bimvox.bim.site_frame import local_origin, placed_twice
 from bimvox.errors import IfcError, InputError, SelectionError, listed, shown
 from bimvox.progress import Report
 

@@ -30,7 +30,7 @@ CIRCLE_SEGMENTS = 64
 less than the 1 mm tolerance of the plain library."""
 
 
-class Kernel:
+class _Kernel:
     """The meshers of one file: one reusable kernel for each library.
 
     Args:
@@ -98,8 +98,8 @@ def geometry_settings() -> Any:
     return settings
 
 
-def _kernel_of(path: Path) -> Kernel:
-    return Kernel(parse_text(path, parser_text(path, step_bytes(path, read_input(path)))[0]))
+def _kernel_of(path: Path) -> _Kernel:
+    return _Kernel(parse_text(path, parser_text(path, step_bytes(path, read_input(path)))[0]))
 
 
 def main() -> None:

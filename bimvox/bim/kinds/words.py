@@ -14,11 +14,12 @@ import functools
 import re
 import tomllib
 import unicodedata
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from typing import Any
 
-from bimvox.bim.building import Casting
+from bimvox.bim.building import Casting, Role, plain_class
 from bimvox.bim.kinds.kind import Kind
 
 _LANGUAGE = re.compile(r"[a-z]{2}")
@@ -175,3 +176,115 @@ def _word(written: str, meaning: Meaning) -> _Word:
     if (begins and ends) or _WITHOUT_SPACES.search(literal):
         return _Word(literal, None, meaning)
     return _Word(literal, re.compile(("" if begins else r"\b") + re.escape(literal) + ("" if ends else r"\b")), meaning)
+
+
+MODULE_CLASSES = frozenset({"IfcBuildingElementProxy", "IfcProxy", "IfcBuiltElement", "IfcElementAssembly"})
+"""What a room that comes ready-made, a machine or a barrier is drawn as; a wall with such a name is a wall of it."""
+_WORD_OF_CLASS = {
+    "IfcUnitaryEquipment": "rooftop unit",
+    "IfcChiller": "chiller",
+    "IfcCoolingTower": "cooling tower",
+    "IfcCondenser": "condensing unit",
+    "IfcBoiler": "boiler",
+    "IfcElectricGenerator": "generator",
+    "IfcEngine": "generator",
+    "IfcTransformer": "transformer",
+    "IfcTank": "tank",
+}
+_MACHINE_CLASSES = MODULE_CLASSES | {
+    *("IfcEnergyConversionDevice", "IfcFlowStorageDevice", "IfcFlowMovingDevice", "IfcFlowTreatmentDevice"),
+    *("IfcDistributionElement", "IfcDistributionFlowElement", "IfcCivilElement"),
+}
+_BARRIER_CLASSES = MODULE_CLASSES | {"IfcCivilElement", "IfcRailing", "IfcWall"}
+
+
+def machine_of(ifc_class: str, names: Sequence[str | None]) -> Meaning | None:
+    """Return what says that an element is a machine, a tank or a container: its names, else its class; None if not."""
+    plain = plain_class(ifc_class)
+    if plain not in _MACHINE_CLASSES and plain not in _WORD_OF_CLASS:
+        return None
+    named = _named(names, "machine")
+    return named or (meaning_of(_WORD_OF_CLASS[plain], "shape") if plain in _WORD_OF_CLASS else None)
+
+
+def is_barrier(ifc_class: str, names: Sequence[str | None]) -> bool:
+    """Return whether an element is a noise barrier."""
+    return plain_class(ifc_class) in _BARRIER_CLASSES and _named(names, "barrier") is not None
+
+
+def _named(names: Sequence[str | None], says: str) -> Meaning | None:
+    found = (meaning_of(name, "shape") for name in names if name)
+    return next((meaning for meaning in found if meaning is not None and meaning.says == says), None)
+
+
+DEFAULT_DENSITY_KG_M3 = 2400.0
+"""For parts of unknown material: plain concrete, which is on the safe side for most parts."""
+STEEL_KG_M3 = 7850.0
+
+_BY_KIND = {
+    Kind.PRECAST: 2500.0,
+    Kind.CONCRETE: 2500.0,
+    Kind.MASONRY: 1800.0,
+    Kind.TIMBER: 500.0,
+    Kind.STEEL: STEEL_KG_M3,
+    Kind.LIGHT: 300.0,
+    Kind.GLAZING: 2500.0,
+    Kind.EARTH: 1800.0,
+}
+"""Of parts whose kind is known, but not their material: of the usual member of the kind."""
+
+
+_LIKE = {Kind.PRECAST: Kind.CONCRETE}
+
+
+def of_same_mass(one: Kind | None, other: Kind) -> bool:
+    """Return whether two kinds are made of the same materials."""
+    return one is not None and _LIKE.get(one, one) is _LIKE.get(other, other)
+
+
+def density_by_name(material: str) -> float | None:
+    """Return the density that a material's name implies, kg/m3; None if it implies none."""
+    meaning = meaning_of(material)
+    return None if meaning is None else meaning.kg_m3
+
+
+def density_of_kind(kind: Kind) -> float:
+    """Return the density of a part of a kind whose material is not known, kg/m3."""
+    return _BY_KIND.get(kind, DEFAULT_DENSITY_KG_M3)
+
+
+_GROUND = "ground terrain topography topo soil subsoil earth landscape dtm dem gelaende gelände terrein maaiveld"
+_EXISTING = "existing bestand bestaand existant existente esistente"
+_STRUCTURE = """obstruction obstructions obstacle obstacles excavator digger crane truck lorry
+    vehicle fence hoarding scaffold scaffolding neighbour neighbor stockpile"""
+
+WORDS: dict[Role, frozenset[str]] = {
+    Role.GROUND: frozenset(_GROUND.split()),
+    Role.STRUCTURE: frozenset((_EXISTING + " " + _STRUCTURE).split()),
+}
+"""Words that give a role wherever they occur in a name."""
+
+WHOLE_NAMES: dict[str, Role] = {"floor": Role.GROUND, "site": Role.GROUND}
+"""Names that give a role only as the whole name: ``floor_2`` is a storey, ``floor`` is the ground."""
+
+_WORD = re.compile(r"[A-ZÄÖÜ]+(?![a-zäöü])|[A-ZÄÖÜ]?[a-zäöüß]+")
+
+
+def role_by_name(name: str) -> Role | None:
+    """Return the role that a name implies; None if it implies none.
+
+    The name is split at spaces, punctuation, digits and camel case: ``ExistingWall-3`` contains ``existing``.
+    """
+    words = _name_words(name)
+    if len(words) == 1 and name.strip().lower() in WHOLE_NAMES:
+        return WHOLE_NAMES[words[0]]
+    return next((role for role, known in WORDS.items() if known.intersection(words)), None)
+
+
+def is_existing_by_name(name: str) -> bool:
+    """Return whether a name states that the element already exists: ``Existing Strip Footing``."""
+    return not set(_EXISTING.split()).isdisjoint(_name_words(name))
+
+
+def _name_words(name: str) -> list[str]:
+    return [word.lower() for word in _WORD.findall(name)]

@@ -12,22 +12,19 @@ from pathlib import Path
 import numpy as np
 
 from bimvox.bim.building import Building, Element, SkippedProduct, Source, TriangleMesh
-from bimvox.bim.densities import DEFAULT_DENSITY_KG_M3
-from bimvox.bim.kinds.correction import UNTOUCHED
-from bimvox.bim.local_origin import FAR_M, local_origin, stray
+from bimvox.bim.kinds.kind import UNTOUCHED
+from bimvox.bim.kinds.words import DEFAULT_DENSITY_KG_M3
 from bimvox.bim.mesh.bodies import bodies_of
 from bimvox.bim.mesh.contents import MeshContents
-from bimvox.bim.mesh.corrections import corrections_of, with_correction
 from bimvox.bim.mesh.gltf import read_gltf
-from bimvox.bim.mesh.obj import read_obj
-from bimvox.bim.mesh.off import read_off
 from bimvox.bim.mesh.ply import read_ply
 from bimvox.bim.mesh.repair import drop_bad_faces, solid_of, turn_outward, weld
-from bimvox.bim.mesh.select import roles_of
-from bimvox.bim.mesh.stl import read_stl
+from bimvox.bim.mesh.select import corrections_of, roles_of, with_correction
+from bimvox.bim.mesh.stl_obj_off import read_obj, read_off, read_stl
 from bimvox.bim.mesh.threemf import read_3mf
 from bimvox.bim.mesh.units import Scale, doubts, scale_of
 from bimvox.bim.options import ReadOptions
+from bimvox.bim.site_frame import FAR_M, local_origin, stray
 from bimvox.errors import MeshError, listed
 from bimvox.progress import Report
 

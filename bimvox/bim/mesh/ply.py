@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.mesh.contents import MeshContents, RawBody, body_of_polygons, damaged
-from bimvox.bim.mesh.stl import single_rounding
-from bimvox.bim.mesh.text import numbers
+from bimvox.bim.mesh.contents import MeshContents, RawBody, body_of_polygons, damaged, numbers
+from bimvox.bim.mesh.stl_obj_off import single_rounding
 from bimvox.errors import MeshError
 
 _HEADER_MOST = 1 << 20
@@ -32,7 +31,7 @@ Columns = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
-class PlyProperty:
+class _PlyProperty:
     """A property: ``type`` of its value and, if it is a list, of its count, as numpy type strings."""
 
     name: str
@@ -41,12 +40,12 @@ class PlyProperty:
 
 
 @dataclass(frozen=True, slots=True)
-class PlyElement:
+class _PlyElement:
     """An element that a header declares."""
 
     name: str
     count: int
-    properties: tuple[PlyProperty, ...]
+    properties: tuple[_PlyProperty, ...]
 
     @property
     def lists(self) -> int:
@@ -86,7 +85,7 @@ def read_ply(path: Path, data: bytes) -> MeshContents:
     return MeshContents((RawBody("", soup.vertices, soup.faces, rounding),))
 
 
-def ply_header(path: Path, data: bytes) -> tuple[bool, list[PlyElement], int]:
+def ply_header(path: Path, data: bytes) -> tuple[bool, list[_PlyElement], int]:
     """Return whether the body is text, the elements, and the offset of the body."""
     head, mark, _ = data[:_HEADER_MOST].partition(b"end_header")
     if not head.startswith(b"ply") or not mark:
@@ -95,19 +94,19 @@ def ply_header(path: Path, data: bytes) -> tuple[bool, list[PlyElement], int]:
     # Very old files end their lines with only a carriage return.
     start = 1 + (newline if newline >= 0 and b"\n" in head else data.find(b"\r", len(head)))
     order: str | None = None
-    elements: list[PlyElement] = []
+    elements: list[_PlyElement] = []
     for line in head.decode("latin-1").replace("\r", "\n").split("\n")[1:]:
         words = line.split()
         try:
             if words[:1] == ["format"]:
                 order = _ORDER[words[1]]
             elif words[:1] == ["element"]:
-                elements.append(PlyElement(words[1], int(words[2]), ()))
+                elements.append(_PlyElement(words[1], int(words[2]), ()))
             elif words[:1] == ["property"]:
                 last = elements[-1]
                 types = [(order or "=") + _TYPES[word] for word in words[2 if words[1] == "list" else 1 : -1]]
-                item = PlyProperty(words[-1], types[-1], types[0] if words[1] == "list" else None)
-                elements[-1] = PlyElement(last.name, last.count, (*last.properties, item))
+                item = _PlyProperty(words[-1], types[-1], types[0] if words[1] == "list" else None)
+                elements[-1] = _PlyElement(last.name, last.count, (*last.properties, item))
         except (KeyError, IndexError, ValueError):
             raise damaged(path, f"header: {line.strip()[:60]!r} is not understood") from None
     if order is None or start == 0 or any(element.count < 0 for element in elements):
@@ -116,7 +115,7 @@ def ply_header(path: Path, data: bytes) -> tuple[bool, list[PlyElement], int]:
 
 
 def _elements(
-    path: Path, body: Any, at: int, elements: list[PlyElement], *, is_text: bool
+    path: Path, body: Any, at: int, elements: list[_PlyElement], *, is_text: bool
 ) -> tuple[dict[str, Columns], int]:
     """Return the values of all elements, and where they end."""
     read: dict[str, Columns] = {}
@@ -126,7 +125,7 @@ def _elements(
     return read, at
 
 
-def _announced(path: Path, text: str, elements: list[PlyElement]) -> NDArray[np.float64]:
+def _announced(path: Path, text: str, elements: list[_PlyElement]) -> NDArray[np.float64]:
     """Return the numbers of a text; of every line only those that the header declares."""
     lines = (line.split() for line in text.splitlines() if line.strip())
     kept: list[str] = []
@@ -144,7 +143,7 @@ def _announced(path: Path, text: str, elements: list[PlyElement]) -> NDArray[np.
     return numbers(path, " ".join(kept), "its body")
 
 
-def _columns(path: Path, body: Any, at: int, element: PlyElement, is_text: bool) -> tuple[Columns, int]:
+def _columns(path: Path, body: Any, at: int, element: _PlyElement, is_text: bool) -> tuple[Columns, int]:
     """Return the values of an element from ``body`` (bytes, or numbers of a text), and where the next one begins."""
     if not element.count or not element.properties:
         return {item.name: np.zeros(0) for item in element.properties}, at
@@ -163,7 +162,7 @@ def _value(body: Any, at: int, kind: str, is_text: bool) -> float:
     return float(body[at] if is_text else np.frombuffer(body, kind, 1, at)[0])
 
 
-def _even(body: Any, at: int, element: PlyElement, is_text: bool) -> tuple[Columns, int] | None:
+def _even(body: Any, at: int, element: _PlyElement, is_text: bool) -> tuple[Columns, int] | None:
     """Return an element read at once, and where it ends; None if its lists differ in length from the first row's."""
     lengths, here = [], at
     for item in element.properties:
@@ -204,7 +203,7 @@ def _even(body: Any, at: int, element: PlyElement, is_text: bool) -> tuple[Colum
     return columns, end
 
 
-def _uneven(path: Path, body: Any, at: int, element: PlyElement, is_text: bool) -> tuple[Columns, int]:
+def _uneven(path: Path, body: Any, at: int, element: _PlyElement, is_text: bool) -> tuple[Columns, int]:
     """Return an element read row by row, because its lists differ in length, and where it ends."""
     columns: Columns = {item.name: [] for item in element.properties}
     sizes = [(item, _size(item.type, is_text)) for item in element.properties]

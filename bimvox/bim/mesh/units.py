@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.local_origin import FAR_M
 from bimvox.bim.mesh.contents import MeshContents, RawBody
 from bimvox.bim.options import ReadOptions
+from bimvox.bim.site_frame import FAR_M
 from bimvox.units import METRES_PER_UNIT, metres_per
 
 _METRES = {**METRES_PER_UNIT, "µm": 1e-6}

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.bim.connected import connected_labels
+from bimvox.bim.mesh.repair import connected_labels
 from bimvox.compiled import kernel
 from bimvox.planning.contact.posed import order_along_curve, tree_boxes
 from bimvox.planning.contact.sweep import overlap_area, projected_overlap

@@ -8,8 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from bimvox.bim.kinds.correction import WAYS, Correction
-from bimvox.bim.kinds.kind import Kind
+from bimvox.bim.kinds.kind import WAYS, Correction, Kind
 from bimvox.errors import ConfigError, shown
 from bimvox.site.config.validation import nearest
 

@@ -15,8 +15,7 @@ from typing import Annotated, Any, Literal, Self
 import shapely
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, PrivateAttr, Tag, model_validator
 
-from bimvox.bim.kinds.correction import Correction, Way
-from bimvox.bim.kinds.kind import Kind
+from bimvox.bim.kinds.kind import Correction, Kind, Way
 from bimvox.bim.options import MOST_SELECT, ReadOptions
 from bimvox.errors import ConfigError, shown
 from bimvox.site.component import StoredPose

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from datetime import date
 from typing import TYPE_CHECKING
 
-from bimvox.bim.kinds.correction import WAYS
-from bimvox.bim.kinds.kind import Kind
+from bimvox.bim.kinds.kind import WAYS, Kind
 from bimvox.site.catalogue import FICTITIOUS
 from bimvox.site.config.calendar import DEFAULT_BREAKS, DEFAULT_SHIFT, CalendarConfig, CostsConfig
 from bimvox.site.config.crane import CraneConfig, OverrideConfig

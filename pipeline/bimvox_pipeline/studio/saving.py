@@ -15,7 +15,7 @@ from pydantic import BaseModel
 from tomlkit.items import AoT, Array, Table
 
 from bimvox.bim.building import Role
-from bimvox.bim.kinds.correction import OUT, Correction
+from bimvox.bim.kinds.kind import OUT, Correction
 from bimvox.bim.read import read_building
 from bimvox.errors import ConfigError, FileError
 from bimvox.files import write_atomically

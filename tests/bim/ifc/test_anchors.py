@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from box_buildings import box_element
 
-from bimvox.bim.ifc.anchors import anchors_without_mesh, points_of_group
+from bimvox.bim.ifc.assembly import anchors_without_mesh, points_of_group
 
 
 @pytest.fixture

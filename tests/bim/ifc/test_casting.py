@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bimvox.bim.building import Casting
-from bimvox.bim.ifc.casting import stated_casting
+from bimvox.bim.ifc.properties import stated_casting
 
 
 @pytest.mark.parametrize(

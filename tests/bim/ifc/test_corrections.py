@@ -8,8 +8,7 @@ from typing import Any
 import pytest
 
 from bimvox.bim.building import Building, Casting, Element, Role
-from bimvox.bim.kinds.correction import Correction
-from bimvox.bim.kinds.kind import Confidence, Kind
+from bimvox.bim.kinds.kind import Confidence, Correction, Kind
 from bimvox.bim.options import ReadOptions
 from bimvox.bim.read import read_building
 from bimvox.errors import SelectionError

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bimvox.bim.building import Element
-from bimvox.bim.ifc.curves import largely_curved
+from bimvox.bim.ifc.endless import largely_curved
 from bimvox.bim.read import read_building
 
 from ..conftest import IfcMaker

@@ -184,7 +184,7 @@ def test_what_the_workers_return_is_the_same_however_many_and_however_started(
     groups = [(product.id(),) for product in file.by_type("IfcElement")]
     found = []
     for processes, start in ((1, start_connected), (2, start_connected), (1, start_warm)):
-        monkeypatch.setattr("bimvox.bim.ifc.process.start_connected", start)
+        monkeypatch.setattr("bimvox.bim.ifc.geometry.start_connected", start)
         with GeometryPool(frame_file, timeout_s=60.0, processes=processes) as workers:
             found.append(workers.mesh(groups))
     assert not found[0].failures

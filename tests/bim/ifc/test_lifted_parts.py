@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bimvox.bim.building import Element, Role, TriangleMesh
-from bimvox.bim.ifc.lifted_parts import by_default
+from bimvox.bim.ifc.class_roles import by_default
 from bimvox.bim.kinds.kind import Confidence
 from bimvox.bim.read import ReadOptions, read_building
 from bimvox.site.config.site_config import MeansConfig

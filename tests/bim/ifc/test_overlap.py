@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.bim.ifc.overlap import share_inside
+from bimvox.bim.ifc.group_mass import share_inside
 
 _FACES = np.array(
     [

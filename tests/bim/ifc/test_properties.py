@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from bimvox.bim.ifc.georeference import georeference_of
 from bimvox.bim.ifc.properties import Properties
+from bimvox.bim.ifc.units import georeference_of
 
 from ..conftest import IfcMaker
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bimvox.bim.ifc.geometry import GeometryPool
-from bimvox.bim.ifc.shared import shape_groups
+from bimvox.bim.ifc.shape import shape_groups
 
 from ..conftest import IfcMaker
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bimvox.bim.ifc.stars import without_stars
+from bimvox.bim.ifc.text import without_stars
 from bimvox.bim.read import read_building
 
 from ..conftest import IfcMaker

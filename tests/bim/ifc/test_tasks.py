@@ -2,8 +2,7 @@ import ifcopenshell
 import ifcopenshell.guid
 import pytest
 
-from bimvox.bim.ifc.relations import connected_products, element_pairs, storey_height, storey_of
-from bimvox.bim.ifc.tasks import tasks_of_products
+from bimvox.bim.ifc.relations import connected_products, element_pairs, storey_height, storey_of, tasks_of_products
 
 
 class Schedule:

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.bim.kinds.drawn_solid import solid_share
+from bimvox.bim.kinds.evidence import solid_share
 
 CONCRETE, STEEL, TIMBER = 2500.0, 7850.0, 500.0
 RISER_M, GOING_M, WIDTH_M = 0.17, 0.28, 1.2

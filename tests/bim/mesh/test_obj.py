@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bimvox.bim.mesh.obj import read_obj
+from bimvox.bim.mesh.stl_obj_off import read_obj
 from bimvox.errors import MeshError
 
 PATH = Path("a.obj")

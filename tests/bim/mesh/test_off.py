@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from mesh_samples import samples
 
-from bimvox.bim.mesh.off import read_off
+from bimvox.bim.mesh.stl_obj_off import read_off
 from bimvox.errors import MeshError
 
 PATH = Path("a.off")

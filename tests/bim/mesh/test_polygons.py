@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bimvox.bim.mesh import polygons
-from bimvox.bim.mesh.polygons import triangulated
+from bimvox.bim.mesh import contents
+from bimvox.bim.mesh.contents import triangulated
 
 L_SHAPE = [(0, 0), (4, 0), (4, 1), (1, 1), (1, 3), (0, 3)]
 
@@ -71,8 +71,8 @@ def test_spirals_are_cut_as_fans_once_ear_clipping_has_worked_enough(monkeypatch
     spiral = [tuple(corner) for corner in np.concatenate([arms[0], arms[1][::-1]]).tolist()]
     fan = [[0, n + 1, n + 2] for n in range(len(spiral) - 2)]
     assert cut(spiral)[0].tolist() != fan
-    monkeypatch.setattr(polygons, "WORK", 0)
-    monkeypatch.setattr(polygons, "WORK_A_CORNER", 10)
+    monkeypatch.setattr(contents, "WORK", 0)
+    monkeypatch.setattr(contents, "WORK_A_CORNER", 10)
     assert cut(spiral)[0].tolist() == fan
     assert cut(L_SHAPE)[1].sum() == pytest.approx(shoelace(L_SHAPE))
 

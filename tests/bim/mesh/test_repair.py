@@ -8,8 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.bim.connected import connected_labels
-from bimvox.bim.mesh.repair import SHEET_M, drop_bad_faces, shells_of, solid_of, turn_outward, weld, wind_consistently
+from bimvox.bim.mesh.repair import (
+    SHEET_M,
+    connected_labels,
+    drop_bad_faces,
+    shells_of,
+    solid_of,
+    turn_outward,
+    weld,
+    wind_consistently,
+)
 
 _QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
 _FACES = np.array([tri for a, b, c, d in _QUADS for tri in ((a, b, c), (a, c, d))], dtype=np.int32)

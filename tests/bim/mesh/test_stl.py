@@ -10,7 +10,7 @@ import pytest
 from mesh_samples import box, samples
 from trimesh.exchange import stl
 
-from bimvox.bim.mesh.stl import read_stl
+from bimvox.bim.mesh.stl_obj_off import read_stl
 from bimvox.errors import MeshError
 
 PATH = Path("a.stl")

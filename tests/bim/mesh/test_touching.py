@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bimvox.bim.connected import connected_labels
-from bimvox.bim.mesh.touching import touching_groups
+from bimvox.bim.mesh.bodies import touching_groups
+from bimvox.bim.mesh.repair import connected_labels
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 40))

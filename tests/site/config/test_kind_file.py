@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bimvox.bim.kinds.correction import Correction
-from bimvox.bim.kinds.kind import Kind
+from bimvox.bim.kinds.kind import Correction, Kind
 from bimvox.errors import ConfigError
 from bimvox.site.config.kind_file import corrections_in
 

@@ -4,8 +4,7 @@ from dataclasses import asdict
 
 import pytest
 
-from bimvox.bim.kinds.correction import Correction
-from bimvox.bim.kinds.kind import Kind
+from bimvox.bim.kinds.kind import Correction, Kind
 from bimvox.errors import ConfigError
 from bimvox.site.collision import CLEARANCES
 from bimvox.site.config.file import parse_site_config
