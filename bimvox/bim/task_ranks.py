@@ -60,11 +60,7 @@ def task_ranks(
 
 
 def _settle(level: NDArray[np.int64], edges: NDArray[np.int64]) -> list[int]:
-    """Raise levels in place along the edges (from, to, by); edges inside a cycle are ignored.
-
-    Returns:
-        Nodes of cycles that contain a sequence.
-    """
+    """Raise levels in place along the edges (from, to, by), and return the nodes of cycles that contain a sequence."""
     size = len(level)
     graph = coo_array((np.ones(len(edges), np.int8), (edges[:, 0], edges[:, 1])), shape=(size, size))
     _, group = connected_components(graph.tocsr(), connection="strong")

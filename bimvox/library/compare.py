@@ -30,7 +30,7 @@ from bimvox.site.component import Component, OrderHints
 from bimvox.site.config.gear_file import gear_by_crane
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.demand import means_by
-from bimvox.site.ground import are_over_others
+from bimvox.site.ground import Ground
 from bimvox.site.means import Means
 from bimvox.site.parts import entries_by_id, first_ids, order_hints, stored_as
 from bimvox.site.site import Blocker, Rules, Site
@@ -281,8 +281,7 @@ def compare_parts(check: Check, site: Site, config: SiteConfig, building: Buildi
         same_fields(check, f"{part.label}: ", part, wanted, source)
         _compare_hints(check, part, hints[part.id], config, source)
         same(check, f"{part.label}: hints.rank", part.hints.rank, hints[part.id].rank, source)
-    over = are_over_others(site.frame, site.shape[:2], site.natural_ground_m, site.components)
-    for part, spans in zip(site.components, over, strict=True):
+    for part, spans in zip(site.components, Ground.of(site).spanning(), strict=True):
         same(check, f"{part.label}: spans", part.spans, spans, "its parts")
     parts = [replace(part, crane=0) for part in site.components]
     lifted_by = assigned(config, parts, site.cranes, site.yard, site.frame, site.rules)

@@ -31,7 +31,7 @@ from bimvox.site.default_rules import (
     TRUCK_KG,
     TRUCK_M,
 )
-from bimvox.site.ground import stand_on_ground
+from bimvox.site.ground import Ground
 from bimvox.site.means import Means
 from bimvox.site.site import Blocker, names_by_id
 from bimvox.site.work import Work, kind_of
@@ -99,8 +99,7 @@ class _Neighbours:
         site = subject.site
         self._near_m = max(NEAR_M, site.rules.support_gap_m)
         gap_m = max(self._near_m, site.frame.voxel_size_m) + 1e-6
-        columns, parts = site.shape[:2], list(subject.in_place)
-        self.on_ground = np.array(stand_on_ground(site.frame, columns, site.natural_ground_m, parts, gap_m), np.bool_)
+        self.on_ground = np.array(Ground.of(site, list(subject.in_place)).carries(gap_m), np.bool_)
         self._meshes: list[TriangleMesh] = [component.mesh for component in subject.in_place]
         self._parts = len(self._meshes)
         self._meshes += [blocker.mesh for blocker in site.blockers if blocker.mesh is not None]

@@ -32,10 +32,9 @@ from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.crew_times import FIELD_TIMES
 from bimvox.site.demand import means_by
 from bimvox.site.ground import (
-    are_over_others,
+    Ground,
     cranes_on_ground,
     ground_cells,
-    ground_tops,
     natural_ground_m,
     terrain_of,
 )
@@ -114,8 +113,8 @@ def build_site(
     if not terrain and any(element.role is Role.GROUND for element, _ in model.parts):
         notes.append(NOT_ITS_TERRAIN)
     natural_m = natural_ground_m(frame, terrain, yard if access is None else yard | access)
-    tops = ground_tops(frame, columns, natural_m, components)
-    spans = are_over_others(frame, columns, natural_m, components)
+    ground = Ground(frame, columns, natural_m, components)
+    tops, spans = ground.tops(), ground.spanning()
     components = [replace(one, spans=over) if over else one for one, over in zip(components, spans, strict=True)]
     yard = level_yard(yard, tops)
     cranes = cranes_on_ground(config, cranes, frame, natural_m)
@@ -266,8 +265,7 @@ def ground_and_masts(site: Site, rasterise: Rasterise) -> tuple[Blocker, ...]:
     """Return the ground and the masts, as they follow from a site's shape, cranes and rules."""
     several = site.has_several_cranes
     masts = (_mast(crane, site.rules, site.frame, site.shape, rasterise, several=several) for crane in site.cranes)
-    tops = ground_tops(site.frame, site.shape[:2], site.natural_ground_m, site.components)
-    return (_ground(tops, site.shape), *(mast for mast in masts if mast is not None))
+    return (_ground(Ground.of(site).tops(), site.shape), *(mast for mast in masts if mast is not None))
 
 
 def with_digests(site: Site) -> Site:
@@ -367,10 +365,7 @@ def _slab(yard: NDArray[np.bool_], construction: NDArray[np.bool_]) -> NDArray[n
 
 
 def _labels(slab: NDArray[np.uint8], shape: IntVec, blockers: Sequence[Blocker]) -> NDArray[np.uint8]:
-    """Return the labels: blockers above the slab, obstructions over structures; the slab's layer keeps its areas.
-
-    The areas are on top of the ground too.
-    """
+    """Return the labels: blockers above the slab, obstructions over structures; the areas are on the ground too."""
     labels = np.zeros(shape, np.uint8)
     ground = blockers[0].cells
     labels[tuple(ground.T)] = Label.GROUND

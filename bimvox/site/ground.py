@@ -22,6 +22,7 @@ from bimvox.site.areas import PLAN, hull
 from bimvox.site.component import Component, IntVec
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.default_rules import FAR_FROM_GROUND_M, ON_GROUND_M
+from bimvox.site.site import Site
 
 _GROUND_FLOOR = re.compile(
     r"\b(ground|grd|street level|level 0+|floor 0+|00|e\.?g\.?|erdgescho(ss|ß)|parterre|begane\s*grond|bg|"
@@ -272,13 +273,8 @@ def natural_ground_m(
     return found_m if found_m.any() else None
 
 
-def ground_tops(
-    frame: GridFrame, columns: tuple[int, int], natural_m: NDArray[np.float64] | None, parts: Sequence[Component]
-) -> NDArray[np.int32]:
-    """Return the highest layer that the ground fills in every column once it is dug out, (X, Y) int32.
-
-    It is dug to the underside of each part that is set below it, and around it, with ``WORKING_SPACE_M`` to work in,
-    but not from under parts that stand on it.
+class Ground:
+    """How parts lie to the ground of a site: how far it is dug out for them, and which of them stand on it.
 
     Args:
         frame: Frame of the grid.
@@ -286,53 +282,57 @@ def ground_tops(
         natural_m: From `natural_ground_m`; None: 0 everywhere.
         parts: What is set, of any means.
     """
-    ground_m = np.zeros(columns) if natural_m is None else natural_m
-    lowest_m = _lowest_m(frame, columns, parts)
-    below_m = np.where(lowest_m < ground_m - _EPS_M, lowest_m, np.inf)
-    if np.isfinite(below_m).any():
-        reach = 2 * whole_cells(WORKING_SPACE_M, frame.voxel_size_m) + 1
-        around_m = minimum_filter(below_m, size=reach, mode="constant", cval=np.inf)
-        ground_m = np.minimum(ground_m, np.where(lowest_m <= ground_m + ON_GROUND_M, lowest_m, around_m))
-    layers = np.floor((ground_m - frame.origin_m[2]) / frame.voxel_size_m + 1e-6).astype(np.int32)
-    return np.maximum(layers - 1, 0)
+
+    def __init__(
+        self,
+        frame: GridFrame,
+        columns: tuple[int, int],
+        natural_m: NDArray[np.float64] | None,
+        parts: Sequence[Component],
+    ) -> None:
+        self._frame, self._parts = frame, parts
+        self._natural_m = np.zeros(columns) if natural_m is None else natural_m
+        # The height of the lowest part in every column; inf where there is none.
+        self._lowest_m = np.full(columns, np.inf)
+        for part in parts:
+            (x, y), foot_m = _feet(frame, part)
+            np.minimum.at(self._lowest_m, (x, y), foot_m)
+
+    @classmethod
+    def of(cls, site: Site, parts: Sequence[Component] | None = None) -> Ground:
+        """Return the ground of a site with its parts, or with some of them."""
+        return cls(site.frame, site.shape[:2], site.natural_ground_m, site.components if parts is None else parts)
+
+    def tops(self) -> NDArray[np.int32]:
+        """Return the highest layer that the ground fills in every column once it is dug out, (X, Y) int32.
+
+        It is dug to the underside of each part that is set below it, and around it, with ``WORKING_SPACE_M`` to work
+        in, but not from under parts that stand on it.
+        """
+        ground_m, lowest_m = self._natural_m, self._lowest_m
+        below_m = np.where(lowest_m < ground_m - _EPS_M, lowest_m, np.inf)
+        if np.isfinite(below_m).any():
+            reach = 2 * whole_cells(WORKING_SPACE_M, self._frame.voxel_size_m) + 1
+            around_m = minimum_filter(below_m, size=reach, mode="constant", cval=np.inf)
+            ground_m = np.minimum(ground_m, np.where(lowest_m <= ground_m + ON_GROUND_M, lowest_m, around_m))
+        layers = np.floor((ground_m - self._frame.origin_m[2]) / self._frame.voxel_size_m + 1e-6).astype(np.int32)
+        return np.maximum(layers - 1, 0)
+
+    def carries(self, gap_m: float) -> list[bool]:
+        """Return which parts stand on the ground: at most ``gap_m`` above its natural height, no part under them."""
+        highest_m = np.minimum(self._lowest_m, self._natural_m) + gap_m
+        feet = (_feet(self._frame, part) for part in self._parts)
+        return [bool((foot_m <= highest_m[x, y]).any()) for (x, y), foot_m in feet]
+
+    def spanning(self) -> list[bool]:
+        """Return which parts are as low as the ground and yet over other parts, such as the ceiling of a basement."""
+        low = (bool(part.mesh.bounds_m[0, 2] <= ON_GROUND_M) for part in self._parts)
+        return [is_low and not stands for is_low, stands in zip(low, self.carries(ON_GROUND_M), strict=True)]
 
 
 def ground_cells(tops: NDArray[np.int32], shape: IntVec) -> NDArray[np.int32]:
     """Return the (N, 3) int32 cells of the ground: every column up to its top layer."""
     return np.argwhere(np.arange(shape[2], dtype=np.int32) <= tops[:, :, None]).astype(np.int32)
-
-
-def stand_on_ground(
-    frame: GridFrame,
-    columns: tuple[int, int],
-    natural_m: NDArray[np.float64] | None,
-    parts: Sequence[Component],
-    gap_m: float,
-) -> list[bool]:
-    """Return which parts stand on the ground: at or below its natural height, with no other part under them.
-
-    Args:
-        frame: Frame of the grid.
-        columns: (X, Y) of the grid.
-        natural_m: From `natural_ground_m`; None: 0 everywhere.
-        parts: What is set, of any means.
-        gap_m: How far above it a part may be.
-    """
-    highest_m = _lowest_m(frame, columns, parts) + gap_m
-    highest_m = np.minimum(highest_m, gap_m if natural_m is None else natural_m + gap_m)
-    return [bool((foot_m <= highest_m[x, y]).any()) for (x, y), foot_m in (_feet(frame, part) for part in parts)]
-
-
-def are_over_others(
-    frame: GridFrame, columns: tuple[int, int], natural_m: NDArray[np.float64] | None, parts: Sequence[Component]
-) -> list[bool]:
-    """Return which parts are as low as the ground and yet over other parts, such as the ceiling of a basement.
-
-    The arguments are those of `stand_on_ground`.
-    """
-    on_ground = stand_on_ground(frame, columns, natural_m, parts, ON_GROUND_M)
-    low = [bool(part.mesh.bounds_m[0, 2] <= ON_GROUND_M) for part in parts]
-    return [is_low and not stands for is_low, stands in zip(low, on_ground, strict=True)]
 
 
 def cranes_on_ground(
@@ -363,15 +363,6 @@ def _feet(frame: GridFrame, part: Component) -> tuple[NDArray[np.int32], NDArray
     height_m = frame.origin_m[2] + frame.voxel_size_m * z
     height_m[z == part.target_vox[2]] = part.mesh.bounds_m[0, 2]
     return np.stack([x, y]), height_m
-
-
-def _lowest_m(frame: GridFrame, columns: tuple[int, int], parts: Sequence[Component]) -> NDArray[np.float64]:
-    """Return the height of the lowest part in every column, (X, Y) float64 metres; inf where there is none."""
-    found = np.full(columns, np.inf)
-    for part in parts:
-        (x, y), foot_m = _feet(frame, part)
-        np.minimum.at(found, (x, y), foot_m)
-    return found
 
 
 def _highest(terrain: Sequence[TriangleMesh], at_m: NDArray[np.float64]) -> NDArray[np.float64]:

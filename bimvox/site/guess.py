@@ -73,13 +73,9 @@ class _Sized:
 def _proposed_for(
     lifted: Sequence[Element], wanted_for: WantedFor, limits: MeansConfig, stated: Collection[str] = frozenset()
 ) -> _Sized:
-    """Return the crane and the yard for parts if nobody asks for a machine: see :func:`sized_for`.
+    """Return the crane and the yard for parts if nobody asks for a machine.
 
     It is a hammerhead, or of another kind if no hammerhead lifts any of them.
-
-    Raises:
-        InputError: If no crane has a place.
-        SelectionError: If all parts are cast, or no machine of the catalogue lifts any.
     """
     for machines in (machines_of("hammerhead"), catalogue()):
         sized = _sized_for(lifted, machines, wanted_for, limits, stated)
@@ -105,16 +101,8 @@ def _sized_for(
 ) -> _Sized:
     """Return the crane and the yard for parts.
 
-    Args:
-        lifted: The parts, in the site frame.
-        machines: Machines to choose from. If all are usual, or none is, no part is cast.
-        wanted_for: What a crane for some of the parts is chosen for.
-        limits: The site file's ``[means]`` table.
-        stated: Ids of parts of which the site file says that the crane lifts them.
-
-    Raises:
-        InputError: If no crane has a place.
-        SelectionError: If all parts are cast.
+    No part is cast if all of the machines are usual, or none is. ``stated`` are the parts of which the site file says
+    that the crane lifts them.
     """
     usual = [machine for machine in machines if machine.load_moment_tm <= USUAL_TM]
     if not usual or len(usual) == len(machines):
@@ -339,12 +327,7 @@ def means_on_site(config: SiteConfig, placed: Building) -> dict[str, Reasoned]:
 
 
 def _planning_voxel_size_m(config: SiteConfig, building: Building) -> float:
-    """Return the finest usual cell size at which the whole site has at most 2.5 million cells.
-
-    Args:
-        config: The site file; its own cell size is ignored.
-        building: In the site frame.
-    """
+    """Return the finest usual cell size at which the whole site has at most 2.5 million cells."""
     cranes = cranes_of(config)
     grid = config.grid.model_copy(update={"low_m": config.grid.low_m[:2]}) if config.grid else None
     for size_m in VOXEL_SIZES_M[:-1]:

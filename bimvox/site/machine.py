@@ -33,11 +33,7 @@ _LENGTHS = (
 
 
 def _own_luffing_crane(config: SiteConfig, given: CraneConfig, values: Mapping[str, Any]) -> TowerCrane:
-    """Return the crane that a table describes with every key; ``values`` are those that it has in common.
-
-    Raises:
-        ConfigError: If a key is missing, or the jib is not consistent.
-    """
+    """Return the crane that a table describes with every key; ``values`` are those that all kinds have."""
     assert given.kind is not None
     names = [machine.name for machine in machines_of(given.kind)]
     if not _is_complete(given):
@@ -259,14 +255,7 @@ def _contradicted(config: SiteConfig, machine: Machine, entry: TowerCrane, found
 
 
 def _changed(config: SiteConfig, crane: TowerCrane, table: OverrideConfig, *, falls: int | None = None) -> TowerCrane:
-    """Return a crane with the machine's keys that a table gives.
-
-    Args:
-        config: The site file.
-        crane: The crane.
-        table: ``[crane]`` or ``[crane.override]``.
-        falls: The parts of rope, which select one of several reevings.
-    """
+    """Return a crane with the machine's keys that a table gives; ``falls`` selects one of several reevings."""
     if isinstance(table, CraneConfig):
         falls = table.falls
     values: dict[str, Any] = {}

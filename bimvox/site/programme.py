@@ -51,15 +51,7 @@ class _ProgrammeTable:
 
 
 def _date_of(text: str, where: str) -> datetime | None:
-    """Return a local time as a programme has it: ``2026-03-09T07:00:00`` or ``2026-03-09 07:00``; None if empty.
-
-    Args:
-        text: The text.
-        where: What has this date, for the message.
-
-    Raises:
-        ValueError: If it is not a time.
-    """
+    """Return a local time as a programme has it, such as ``2026-03-09T07:00:00``; None if empty."""
     if not text:
         return None
     try:

@@ -16,7 +16,7 @@ from bimvox.library.site import built_site
 from bimvox.progress import SilentProgress
 from bimvox.remarks.conditions import conditions_of
 from bimvox.site.build import NOT_ITS_TERRAIN
-from bimvox.site.ground import are_over_others, ground_cells, ground_tops, natural_ground_m, stand_on_ground
+from bimvox.site.ground import Ground, ground_cells, natural_ground_m
 
 DEEP = GridFrame((0.0, 0.0, -4.0), 0.5)  # seven layers below the one under z = 0
 COLUMNS = (40, 40)
@@ -29,7 +29,7 @@ def component(index, low, high, **more):
 
 def test_without_terrain_and_parts_below_the_ground_is_flat():
     assert natural_ground_m(DEEP, [], np.ones(COLUMNS, bool)) is None
-    tops = ground_tops(DEEP, COLUMNS, None, [component(0, (5, 5, 0), (10, 10, 3))])
+    tops = Ground(DEEP, COLUMNS, None, [component(0, (5, 5, 0), (10, 10, 3))]).tops()
     assert (tops == FLAT_LAYER).all()
     assert len(ground_cells(tops, (*COLUMNS, 20))) == (FLAT_LAYER + 1) * 40 * 40
 
@@ -50,7 +50,7 @@ def test_terrain_fills_whole_layers_and_the_yard_is_level():
 
 def test_the_ground_is_dug_out_to_each_part_and_around_it():
     cellar = component(0, (5, 5, -3), (10, 10, -0.5))
-    tops = ground_tops(DEEP, COLUMNS, None, [cellar])
+    tops = Ground(DEEP, COLUMNS, None, [cellar]).tops()
     pit = np.zeros(COLUMNS, bool)
     pit[8:22, 8:22] = True  # 5 m and a metre on each side
     assert (tops[pit] == 1).all()
@@ -60,18 +60,18 @@ def test_the_ground_is_dug_out_to_each_part_and_around_it():
 def test_it_is_not_dug_from_under_a_part_that_stands_on_it():
     cellar, pad = component(0, (5, 5, -3), (10, 10, -0.5)), component(1, (10.5, 5, -0.5), (11.5, 6, 0))
     roof = component(2, (3, 3, 4), (12, 12, 4.5))
-    tops = ground_tops(DEEP, COLUMNS, None, [cellar, pad, roof])
+    tops = Ground(DEEP, COLUMNS, None, [cellar, pad, roof]).tops()
     assert (tops[21:23, 10:12] == 6).all()
     assert (tops[8:10, 10:20] == 1).all(), "what is above the ground keeps nothing under it"
-    assert stand_on_ground(DEEP, COLUMNS, None, [cellar, pad, roof], 0.05) == [True, True, False]
+    assert Ground(DEEP, COLUMNS, None, [cellar, pad, roof]).carries(0.05) == [True, True, False]
 
 
 def test_the_ceiling_of_a_basement_spans_and_a_slab_on_the_ground_does_not():
     floor, wall = component(0, (5, 5, -3), (10, 10, -2.5)), component(1, (5, 5, -2.5), (5.5, 10, -0.5))
     ceiling, terrace = component(2, (5, 5, -0.5), (10, 10, 0)), component(3, (12, 5, -0.5), (15, 8, 0))
     parts = [floor, wall, ceiling, terrace]
-    assert stand_on_ground(DEEP, COLUMNS, None, parts, 0.05) == [True, False, False, True]
-    assert are_over_others(DEEP, COLUMNS, None, parts) == [False, True, True, False]
+    assert Ground(DEEP, COLUMNS, None, parts).carries(0.05) == [True, False, False, True]
+    assert Ground(DEEP, COLUMNS, None, parts).spanning() == [False, True, True, False]
 
 
 def basement():

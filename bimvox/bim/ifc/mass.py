@@ -265,12 +265,7 @@ def weakest(sources: Sequence[str]) -> str:
 
 
 def _densities(material_kg_m3: float, is_default: bool) -> tuple[float, float]:
-    """Return the least and the most that a part weighs per volume, kg/m3.
-
-    Args:
-        material_kg_m3: Density of its material.
-        is_default: Whether that is not known.
-    """
+    """Return the least and the most that a part weighs per volume, kg/m3; ``is_default``: its material is not known."""
     low, high = _PLAUSIBLE_KG_M3
     if is_default:
         return low, high

@@ -26,19 +26,7 @@ _LITERAL = re.compile(r"enumeration literal '(.*?)' is not valid for type '(\w+)
 
 
 def _judge_log(path: Path, text: str, file: Any, log: str, stated: str) -> list[str]:
-    """Return notes from the parser's log; raise if the file cannot be trusted.
-
-    Args:
-        path: The file.
-        text: The text that was parsed; the log gives offsets in it.
-        file: The ``ifcopenshell.file``.
-        log: The parser's log for this file.
-        stated: The schema that its header states; it may differ from the one it was read as.
-
-    Raises:
-        IfcError: If the text is broken, an instance name is used twice, or a geometric instance does not fit the
-            schema that the file was read as.
-    """
+    """Return notes from the parser's log, whose offsets are in ``text``; raise if the file cannot be trusted."""
     if broken := _BROKEN.search(log):
         line = text.count("\n", 0, int(broken[2])) + 1
         raise IfcError(

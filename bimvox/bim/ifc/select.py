@@ -36,11 +36,7 @@ _ORDER: dict[str, Callable[[float, float], bool]] = {
 
 
 def _facet(values_of: Callable[..., Iterable[Any]]) -> Callable[[Any, Any], None]:
-    """Return the method of a facet: it keeps the products whose values compare as the query says.
-
-    Args:
-        values_of: Returns the values of a product; also gets what the facet names before its comparison.
-    """
+    """Return the method of a facet: it keeps the products whose values compare as the query says."""
 
     def keep(facets: Any, args: Any) -> None:
         *named, comparison, wanted = args

@@ -62,13 +62,7 @@ def _head_between(text: str, low: int, high: int) -> re.Match[str] | None:
 
 
 def _stars_of(text: str, begin: int, derived: tuple[bool, ...]) -> tuple[list[int], int]:
-    """Return where an instance has asterisks for attributes that are not derived, and where it ends.
-
-    Args:
-        text: All of the text.
-        begin: Where its first attribute begins.
-        derived: Of each attribute, whether it is derived; of those beyond, it is not known.
-    """
+    """Return where an instance has asterisks for attributes that are not derived, and where it ends."""
     places: list[int] = []
     depth = attribute = 0
     for sign in _SIGN.finditer(text, begin):

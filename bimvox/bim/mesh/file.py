@@ -2,31 +2,205 @@
 
 from __future__ import annotations
 
+import difflib
+import fnmatch
 import hashlib
 import re
 import struct
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bimvox.bim.building import Building, Element, SkippedProduct, Source, TriangleMesh
-from bimvox.bim.kinds.kind import UNTOUCHED
-from bimvox.bim.kinds.words import DEFAULT_DENSITY_KG_M3
+from bimvox.bim.building import Building, Element, Role, SkippedProduct, Source, TriangleMesh
+from bimvox.bim.kinds.evidence import casting_of
+from bimvox.bim.kinds.kind import OUT, UNTOUCHED, Corrected, Correction, all_of, refused, unmatched
+from bimvox.bim.kinds.words import DEFAULT_DENSITY_KG_M3, density_of_kind, role_by_name
 from bimvox.bim.mesh.bodies import bodies_of
-from bimvox.bim.mesh.contents import MeshContents
+from bimvox.bim.mesh.contents import MeshContents, RawBody
 from bimvox.bim.mesh.gltf import read_gltf
 from bimvox.bim.mesh.ply import read_ply
 from bimvox.bim.mesh.repair import drop_bad_faces, solid_of, turn_outward, weld
-from bimvox.bim.mesh.select import corrections_of, roles_of, with_correction
 from bimvox.bim.mesh.stl_obj_off import read_obj, read_off, read_stl
 from bimvox.bim.mesh.threemf import read_3mf
-from bimvox.bim.mesh.units import Scale, doubts, scale_of
 from bimvox.bim.options import ReadOptions
 from bimvox.bim.site_frame import FAR_M, local_origin, stray
-from bimvox.errors import MeshError, listed
+from bimvox.errors import MeshError, NothingSelectedError, SelectionError, cut, listed, shown
 from bimvox.progress import Report
+from bimvox.units import METRES_PER_UNIT, metres_per
+
+_METRES = {**METRES_PER_UNIT, "µm": 1e-6}
+_TINY_M = 0.1
+"""A model smaller than this is not a building."""
+_HEAVY_KG = 1e6
+"""A heavier part means a wrong unit: this is over five times what a crane lifts."""
+_ROUNDED_M = 0.0005
+"""Coordinates rounded by more than this give a note."""
+_USABLE_M = 1e9
+"""A coordinate beyond this is damaged, whatever the unit."""
+_Y_UP_TO_Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """Conversion from a file's coordinates to metres, z up.
+
+    Attributes:
+        unit: Name of the unit.
+        metres: The unit in metres.
+        assumed: Whether the unit is assumed.
+        y_up: Whether y points up in the file.
+        notes: What was assumed, or overrides the file.
+    """
+
+    unit: str
+    metres: float
+    assumed: bool
+    y_up: bool
+    notes: tuple[str, ...]
+
+    def vertices_m(self, body: RawBody) -> NDArray[np.float64]:
+        """Return a body's vertices in metres, z up; unusable ones become NaN."""
+        with np.errstate(invalid="ignore", over="ignore"):
+            scaled = body.vertices * self.metres
+            metres = np.where(np.abs(scaled) <= _USABLE_M, scaled, np.nan)
+            return metres @ _Y_UP_TO_Z_UP.T + 0.0 if self.y_up else metres + 0.0
+
+
+def _scale_of(contents: MeshContents, options: ReadOptions) -> Scale:
+    """Return unit and axes: as requested, otherwise as the file states, otherwise metres and z up, with a note.
+
+    Raises:
+        InputError: If the requested unit is unknown.
+    """
+    notes = []
+    if options.unit is not None and contents.unit not in (None, options.unit):
+        notes.append(f"read in {options.unit} as requested, although the file is in {contents.unit}")
+    if options.up is not None and contents.up not in (None, options.up):
+        notes.append(f"read with {options.up} up as requested, although the standard of the format is {contents.up} up")
+    unit, up = options.unit or contents.unit, options.up or contents.up
+    if unit is None and up is None:
+        notes.append("the file states no unit: metres and z up are assumed; set unit and up (--unit, --up) otherwise")
+    elif unit is None:
+        notes.append("the file states no unit: metres are assumed; set unit (--unit) otherwise")
+    elif up is None:
+        notes.append("the file does not state which way is up: z is assumed; set up (--up) otherwise")
+    metres = metres_per(options.unit) if options.unit is not None else _METRES[unit or "m"]
+    return Scale(unit or "m", metres, unit is None, up == "y", tuple(notes))
+
+
+def doubts(scale: Scale, size_m: float, heaviest_kg: float, rounding: float) -> list[str]:
+    """Return notes on implausible sizes, masses and rounding.
+
+    Args:
+        scale: The unit and axes that were used.
+        size_m: Longest side of the model.
+        heaviest_kg: Mass of its heaviest body.
+        rounding: Largest rounding of a coordinate, in the file's unit.
+    """
+    notes = []
+    if size_m > FAR_M and scale.assumed:
+        notes.append(f"in metres it spans {size_m:,.0f} m: the unit is most likely mm (unit, --unit)")
+    elif heaviest_kg > _HEAVY_KG:
+        notes.append(f"in {scale.unit} its heaviest body weighs {heaviest_kg / 1000:,.0f} t: check the unit")
+    elif size_m > FAR_M or size_m < _TINY_M:
+        notes.append(f"in {scale.unit} it spans {size_m:,.4g} m: check the unit")
+    if rounding * scale.metres > _ROUNDED_M:
+        millimetres = rounding * scale.metres * 1000
+        notes.append(
+            f"its coordinates are far from the origin in single precision: true to {millimetres:.2g} mm only; "
+            "export it near the origin"
+        )
+    return notes
+
+
+def roles_of(file: str, names: Sequence[str], select: str | None) -> Mapping[str, Role]:
+    """Return the role of every name.
+
+    Without a selection, every body is a component unless its name implies terrain or an obstacle (``name_roles``).
+    With a selection, the names that it matches are components, and the others are structure or ground.
+
+    Args:
+        file: Name of the file, for messages.
+        names: Of its bodies.
+        select: One name, or names and patterns (``*``, ``?``) separated by commas.
+
+    Raises:
+        SelectionError: If a name or pattern matches nothing; it lists the nearest names.
+    """
+    by_name = {name: role_by_name(name) for name in names}
+    if select is None:
+        return {name: role or Role.COMPONENT for name, role in by_name.items()}
+    chosen = _chosen_names(file, names, select)
+    rest = {name: Role.GROUND if role is Role.GROUND else Role.STRUCTURE for name, role in by_name.items()}
+    return {name: Role.COMPONENT if name in chosen else rest[name] for name in names}
+
+
+def _chosen_names(file: str, names: Sequence[str], select: str) -> set[str]:
+    """Return the names that a selection matches; the arguments and errors are those of :func:`roles_of`."""
+    if select in names:  # a name may contain a comma
+        return {select}
+    patterns = [pattern.strip() for pattern in select.split(",") if pattern.strip()]
+    chosen: set[str] = set()
+    for pattern in patterns:
+        # As a name first: many exporters put brackets into names, which a pattern reads as a set of letters.
+        matching = [pattern] if pattern in names else fnmatch.filter(names, pattern)
+        if not matching:
+            raise NothingSelectedError(
+                f"select {shown(select)}: no body of {file} is named {shown(pattern)}",
+                hint=f"{_nearest(pattern, names)}the file has {listed(names, 8)}; * and ? are wildcards",
+            )
+        chosen.update(matching)
+    if not chosen:
+        raise SelectionError(f"select {shown(select)}: names nothing", hint=f"the file has {listed(names, 8)}")
+    return chosen
+
+
+def _nearest(pattern: str, names: Sequence[str]) -> str:
+    """Return a question with the names most similar to a pattern, case-insensitive; empty if there are none."""
+    by_lower = {name.lower(): name for name in names}
+    other_case = fnmatch.filter(list(by_lower), pattern.lower())
+    close = other_case or difflib.get_close_matches(pattern.lower().strip("*?"), list(by_lower), n=3)
+    return f"did you mean {' or '.join(cut(by_lower[name]) for name in close[:3])}? " if close else ""
+
+
+def corrections_of(
+    file: str, names: Sequence[str], corrections: Sequence[Correction]
+) -> tuple[Mapping[str, Corrected], list[str]]:
+    """Return what the corrections say of each body, by name, and a note about each that selects none.
+
+    Raises:
+        SelectionError: If a selection names nothing at all.
+    """
+    found: dict[str, list[Correction]] = {}
+    matched: set[Correction] = set()
+    for one in corrections:
+        try:
+            chosen = {one.select} & set(names) if one.one_part else _chosen_names(file, names, one.select)
+        except NothingSelectedError:
+            chosen = set()
+        except SelectionError as error:
+            raise refused(one, error) from None
+        for name in chosen:
+            found.setdefault(name, []).append(one)
+            matched.add(one)
+    lost = unmatched([one for one in corrections if not one.one_part], matched.__contains__)
+    return {name: all_of(own) for name, own in found.items()}, lost
+
+
+def with_correction(element: Element, volume_m3: float, corrected: Corrected) -> Element:
+    """Return a body with what the site file says of it; its mass follows from its kind."""
+    if corrected.judgement is not None:
+        kind = corrected.judgement.kind
+        kg, casting = volume_m3 * density_of_kind(kind), casting_of(kind, None)
+        element = replace(element, judgement=corrected.judgement, mass_kg=kg, casting=casting)
+    if corrected.means is not None:
+        role = Role.FITTING if corrected.means == OUT else Role.COMPONENT
+        element = replace(element, role=role, stated_means=corrected.by_type)
+    return element
+
 
 MESH_CLASS = "Mesh"
 READERS: Mapping[str, Callable[[Path, bytes], MeshContents]] = {
@@ -68,7 +242,7 @@ def read_mesh_file(path: Path, data: bytes, sha256: str, options: ReadOptions, r
     suffix = path.suffix.lower()
     report("open", 0, 1)
     contents = _contents(path, data)
-    scale = scale_of(contents, options)
+    scale = _scale_of(contents, options)
     report("open", 1, 1)
     cleaned = _cleaned(contents, scale)
     if not cleaned.meshes:

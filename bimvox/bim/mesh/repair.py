@@ -183,11 +183,8 @@ def _borders(
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Return the middle of each shell's border (S, 3), and whether the border lies in one plane (S,).
 
-    Args:
-        vertices_m: (V, 3).
-        ends: (E,) vertices at both ends of the edges of all borders.
-        shell: (E,) shell of these edges.
-        leak: (S, 3) sum of the shell's area vectors, which is normal to the plane of a flat border.
+    ``ends`` are the vertices at both ends of the borders' edges (E,), ``shell`` the shell of each; ``leak`` (S, 3), the
+    sum of a shell's area vectors, is normal to the plane of a flat border.
     """
     one, other = vertices_m[ends[0]], vertices_m[ends[1]]
     length = np.linalg.norm(other - one, axis=1)

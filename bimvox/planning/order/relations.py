@@ -27,7 +27,7 @@ from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.contact.sweep import FAR_M, rope_meets
 from bimvox.planning.insertion import Insertion, PartToInsert, find_insertion
 from bimvox.planning.occupancy import Occupancy, target_cells
-from bimvox.site.ground import stand_on_ground
+from bimvox.site.ground import Ground
 from bimvox.site.means import Means
 from bimvox.site.site import Site
 
@@ -74,7 +74,7 @@ def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], No
     boxes = contacts.bounds_m
     gap_m = site.rules.support_gap_m + site.rules.contact_tolerance_m
     descent, yields, supports, grounded = [], [], [], []
-    on_ground = stand_on_ground(site.frame, site.shape[:2], site.natural_ground_m, site.components, gap_m)
+    on_ground = Ground.of(site).carries(gap_m)
     for i in range(count):
         low, high = boxes[i]
         over = ((boxes[:, 0, :2] < high[:2]) & (boxes[:, 1, :2] > low[:2])).all(axis=1)

@@ -78,11 +78,7 @@ def read_site_file(path: Path) -> bytes:
 
 
 def _model_path(path: Path, model: Path) -> Path:
-    """Return the path of the model, absolute.
-
-    Raises:
-        ConfigError: If it is impossible, or what is there is not a regular file.
-    """
+    """Return the path of the model, absolute; raise if what is there is not a regular file."""
     of_site = partial(_unreadable, key="model.path", of=path)
     try:
         there = resolved(path.parent / model.expanduser(), of_site)

@@ -52,11 +52,7 @@ def _is_reserved(name: str) -> bool:
 
 
 def _plain_or_table(gathered: Gathered, table: dict[str, Any]) -> object:
-    """Gather a table that is a box, a cylinder or voxels without a fault, lengths in the file's unit.
-
-    Returns:
-        ``PLAIN`` if it is one, otherwise the table.
-    """
+    """Gather a table that is a box, a cylinder or voxels without a fault; return ``PLAIN``, otherwise the table."""
     name = table.get("id")
     if type(name) is not str or len(table) != 2:
         return table
@@ -275,15 +271,7 @@ def parse_obstructions(data: bytes, name: str, folder: Path, *, read_mesh: ReadM
 
 
 def _validated(values: object, plain: Sequence[str]) -> tuple[ObstructionFile, Sequence[int]] | None:
-    """Return a file with the entries that were not gathered, and the numbers of those.
-
-    Args:
-        values: The file's values; ``PLAIN`` takes the place of an entry that was gathered.
-        plain: The ids of those.
-
-    Returns:
-        None if something is wrong with the file.
-    """
+    """Return a file with the entries that were not gathered, and their numbers; None if something is wrong."""
     given = values.get("obstructions") if isinstance(values, dict) else None
     if not isinstance(values, dict) or not isinstance(given, list):
         return None

@@ -59,11 +59,7 @@ class _LasCrs:
 
 
 def _las_crs(records: Iterator[tuple[bytes, int, bytes]]) -> _LasCrs:
-    """Return what the variable length records of a LAS file state.
-
-    Args:
-        records: User id, record id and content of each.
-    """
+    """Return what the variable length records of a LAS file (user id, record id, content) state."""
     found = _LasCrs()
     for user, number, content in records:
         if user == b"LASF_Projection" and number == _WKT:

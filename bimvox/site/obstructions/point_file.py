@@ -175,11 +175,7 @@ def _insist_on_columns(path: Path, heading: bytes, text: bytes, lines_before: in
 
 
 def _with_points(path: Path, text: bytes, mark: bytes, lines_before: int) -> bytes:
-    """Return the first three columns of a table with decimal points, separated by spaces, line by line.
-
-    Raises:
-        FileError: If a number can be read in two ways.
-    """
+    """Return the first three columns of a table with decimal points; raise if a number can be read in two ways."""
     rows = [_columns(line, mark) for line in io.BytesIO(text)]
     given = [(number, one) for number, row in enumerate(rows, start=lines_before + 1) for one in row]
     commas = [(number, one) for number, one in given if _proves(one, b",", b".", _BY_POINT)]

@@ -9,7 +9,7 @@ from box_buildings import box_element
 
 from bimvox.bim.building import Role
 from bimvox.bim.kinds.kind import Correction, Kind
-from bimvox.bim.mesh.select import corrections_of, with_correction
+from bimvox.bim.mesh.file import corrections_of, with_correction
 from bimvox.errors import SelectionError
 
 NAMES = ["wall-1", "wall-2", "door"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bimvox.bim.building import Role
-from bimvox.bim.mesh.select import roles_of
+from bimvox.bim.mesh.file import roles_of
 from bimvox.errors import SelectionError, listed
 
 NAMES = ["Beam_1", "Beam_2", "Column [12]", "wall, north", "terrain"]
