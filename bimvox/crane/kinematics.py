@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from bimvox.compiled import leaf_kernel
 from bimvox.crane.tower_crane import (
+    HOIST_SHARE,
     AxisLimits,
     LuffingJib,
     LuffingNumbers,
     Reeving,
     TowerCrane,
-    hook_limits,
     luff_of_radius,
     luffing_numbers,
     radius_limits,
@@ -216,7 +216,7 @@ def winch_limits(crane: TowerCrane, load_kg: float) -> AxisLimits:
 def hoist_limits(crane: TowerCrane, load_kg: float) -> AxisLimits:
     """Return the limits of the hook's height with a load: the winch's, for a luffing jib its hoisting share."""
     winch = winch_limits(crane, load_kg)
-    return winch if crane.luffing is None else hook_limits(winch)
+    return winch if crane.luffing is None else _hook_limits(winch)
 
 
 @lru_cache(maxsize=256)
@@ -249,7 +249,7 @@ def with_luffing_jib(crane: TowerCrane, jib: LuffingJib) -> TowerCrane:
         jib_length_m=far_m,
         min_radius_m=near_m,
         trolley=radius_limits(jib, winch, near_m, far_m),
-        hoist=hook_limits(winch),
+        hoist=_hook_limits(winch),
     )
 
 
@@ -260,4 +260,9 @@ def pose_limits(crane: TowerCrane) -> tuple[AxisLimits, AxisLimits, AxisLimits]:
     jib, winch = crane.luffing, crane.luffing.winch
     fastest = AxisLimits(max([winch.rate, *(rate for _, rate in crane.gears)]), winch.acceleration, winch.jerk)
     near_m = jib.radii_m[0]
-    return crane.slewing, radius_limits(jib, fastest, near_m, near_m), hook_limits(fastest)
+    return crane.slewing, radius_limits(jib, fastest, near_m, near_m), _hook_limits(fastest)
+
+
+def _hook_limits(winch: AxisLimits) -> AxisLimits:
+    """Return the limits of the hook's height: the winch's share for hoisting."""
+    return AxisLimits(HOIST_SHARE * winch.rate, HOIST_SHARE * winch.acceleration, HOIST_SHARE * winch.jerk)

@@ -216,11 +216,6 @@ def luffing_limits(jib: LuffingNumbers, nearest_m: float, furthest_m: float) -> 
     return rate, acceleration, min(luff_jerk * s / 3.0, rope_jerk * s / (3.0 * x))
 
 
-def hook_limits(winch: AxisLimits) -> AxisLimits:
-    """Return the limits of the hook's height: the winch's share for hoisting."""
-    return AxisLimits(HOIST_SHARE * winch.rate, HOIST_SHARE * winch.acceleration, HOIST_SHARE * winch.jerk)
-
-
 # Settings of the crane's limiters on a site: working range and slow zones.
 #
 # A hook column is within the range if its whole cell is, so the hook never leaves the range between two columns.

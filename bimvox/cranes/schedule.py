@@ -21,16 +21,18 @@ parking places are found, and a parked crane moves on from one to another. A loa
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 
-from bimvox.cranes.clock import Begun, CraneClock, ResumedLoad, motions_of
+from bimvox.cranes.clock import Begun, CraneClock, PlacedLeg, ResumedLoad
 from bimvox.cranes.clocks import Clocks, Turn, Way
 from bimvox.cranes.lift import KEPT_PARKINGS, CraneLift, NoFreeTimeError
 from bimvox.cranes.lifts import crane_lifts
 from bimvox.motion.time_plan import time_plan
+from bimvox.motion.trajectories import delayed, delayed_phases, one_after_another, turned_to
 from bimvox.planning.preparation import Preparation
 from bimvox.records.lift import Lift, LiftPlan
-from bimvox.records.motion import LiftMotion
+from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
 from bimvox.walk import Store
 from bimvox.workers import ALONE, Workers
 
@@ -103,7 +105,7 @@ class _Schedule:
         for n, turn in enumerate(self.turns):
             if not (self._best_way(n) or self._with_every_place(n)):
                 raise self._never(clocks.of(turn.crane), turn.lift)
-        motions = [motion for crane in clocks.cranes for motion in motions_of(crane)]
+        motions = [motion for crane in clocks.cranes for motion in _motions_of(crane)]
         return tuple(sorted(motions, key=lambda motion: motion.order))
 
     def _best_way(self, number: int) -> bool:
@@ -192,3 +194,88 @@ class _Schedule:
             f"{cranes[crane.number].name} has no free time slot for it alongside the other cranes{reason}",
             hint="put the cranes further apart or at other heights, or give it to another one ([[component]] crane)",
         )
+
+
+def _motions_of(crane: CraneClock) -> list[LiftMotion]:
+    """Return the motions of the crane's lifts with their waits; each starts where the one before ends."""
+    motions: list[LiftMotion] = []
+    clock_ns, slew_rad = 0, None
+    for n, (one, hooked_ns) in enumerate(zip(crane.lifts, crane.starts_ns, strict=True)):
+        legs = crane.legs.get(n, [])
+        leaves = crane.legs.get(n + 1, []) if n + 1 == len(crane.lifts) else []
+        if n < crane.begun:
+            motion = _leaving(crane.motions[one.lift.order], leaves)
+        else:
+            motion = _motion(one, clock_ns, legs, hooked_ns, leaves, slew_rad)
+        motions.append(motion)
+        clock_ns, slew_rad = motion.end_ns, float(motion.trajectories[-1].slew_rad[-1])
+    return motions
+
+
+class _Phases:
+    """Phases that follow each other from a time on."""
+
+    def __init__(self, at_ns: int) -> None:
+        self.phases: list[Phase] = []
+        self.at_ns = at_ns
+
+    def add(self, name: PhaseName, until_ns: int) -> None:
+        if until_ns > self.at_ns:
+            self.phases.append(Phase(name, self.at_ns, until_ns))
+            self.at_ns = until_ns
+
+    def add_legs(
+        self, name: PhaseName, legs: list[PlacedLeg], clock_ns: int, slew_rad: float | None, until_ns: int | None
+    ) -> Trajectory | None:
+        """Append legs of the empty hook, with waits in between; return them joined. A stop lasts until the next leg."""
+        parts: list[Trajectory] = []
+        stopped = False
+        for leg in legs:
+            self.add(PhaseName.STOP if stopped else PhaseName.WAIT, leg.start_ns)
+            parts.append(turned_to(delayed(leg.trajectory, leg.start_ns - clock_ns), slew_rad))
+            slew_rad = float(parts[-1].slew_rad[-1])
+            stopped = leg.stopped_ns is not None
+            self.add(name, leg.end_ns if leg.stopped_ns is None else leg.stopped_ns)
+        if until_ns is not None:
+            self.add(PhaseName.STOP if stopped else PhaseName.WAIT, until_ns)
+        elif stopped:
+            self.add(PhaseName.STOP, legs[-1].end_ns)
+        return one_after_another(parts) if parts else None
+
+
+def _leaving(motion: LiftMotion, leaves: list[PlacedLeg]) -> LiftMotion:
+    """Return the motion with a departure: legs of the empty hook that make room for other cranes."""
+    if not leaves:
+        return motion
+    phases = _Phases(motion.end_ns)
+    departure = phases.add_legs(PhaseName.LEAVE, leaves, motion.start_ns, float(motion.loaded.slew_rad[-1]), None)
+    return replace(motion, phases=(*motion.phases, *phases.phases), end_ns=phases.at_ns, departure=departure)
+
+
+def _motion(
+    one: CraneLift,
+    clock_ns: int,
+    legs: list[PlacedLeg],
+    hooked_ns: int,
+    leaves: list[PlacedLeg],
+    slew_rad: float | None,
+) -> LiftMotion:
+    phases = _Phases(clock_ns)
+    approach = phases.add_legs(PhaseName.APPROACH, legs, clock_ns, slew_rad, hooked_ns)
+    if approach is not None:
+        slew_rad = float(approach.slew_rad[-1])
+    late_ns = hooked_ns - clock_ns
+    raising = turned_to(delayed(one.carry.raising, late_ns), slew_rad)
+    loaded = turned_to(delayed(one.carry.loaded, late_ns), float(raising.slew_rad[-1]))
+    motion = replace(
+        one.carry,
+        approach=approach,
+        raising=raising,
+        loaded=loaded,
+        phases=(*phases.phases, *delayed_phases(one.carry.phases, hooked_ns)),
+        start_ns=clock_ns,
+        end_ns=hooked_ns + one.carry.end_ns,
+        crane=one.crane,
+        departure=None,
+    )
+    return _leaving(motion, leaves)

@@ -103,17 +103,6 @@ def _read_layers(
 
 
 @kernel
-def labels_agree(owners: NDArray[np.int32], labels: NDArray[np.uint8], of_owner: NDArray[np.uint8]) -> bool:
-    """Return whether every cell has the label ``of_owner[owner + 1]``."""
-    for i in range(owners.shape[0]):
-        for j in range(owners.shape[1]):
-            for k in range(owners.shape[2]):
-                if labels[i, j, k] != of_owner[owners[i, j, k] + 1]:
-                    return False
-    return True
-
-
-@kernel
 def _enter_owners(
     owners: NDArray[np.int32],
     low: NDArray[np.int64],
@@ -205,40 +194,6 @@ def _owners_at(
         x, y, z = points[n, 0], points[n, 1], points[n, 2]
         at = index[x // BRICK, y // BRICK, z // BRICK]
         out[n] = -at - 2 if at < 0 else np.int32(cells[at, x % BRICK, y % BRICK, z % BRICK]) - 1
-
-
-@kernel
-def sort_boxed_cells(
-    index: NDArray[np.int32],
-    cells: NDArray[np.unsignedinteger],
-    shape: tuple[int, int, int],
-    boxes: NDArray[np.int32],
-    box_parts: NDArray[np.int32],
-    owned: NDArray[np.int64],
-    lent_parts: NDArray[np.int32],
-    lent_places: NDArray[np.int64],
-) -> int:
-    """Count the cells in each part's boxes that it owns; list the part and the position of the others.
-
-    Return the number of others, or -1 if the list is too short.
-    """
-    row = 0
-    for n in range(boxes.shape[0]):
-        part = box_parts[n]
-        for x in range(boxes[n, 0], boxes[n, 3]):
-            for y in range(boxes[n, 1], boxes[n, 4]):
-                for z in range(boxes[n, 2], boxes[n, 5]):
-                    at = index[x // BRICK, y // BRICK, z // BRICK]
-                    owner = -at - 2 if at < 0 else np.int64(cells[at, x % BRICK, y % BRICK, z % BRICK]) - 1
-                    if owner == part:
-                        owned[part] += 1
-                    elif row == lent_parts.size:
-                        return -1
-                    else:
-                        lent_parts[row] = part
-                        lent_places[row] = (np.int64(x) * shape[1] + y) * shape[2] + z
-                        row += 1
-    return row
 
 
 Integer = TypeVar("Integer", bound=np.integer)

@@ -22,8 +22,9 @@ from typing import Any, BinaryIO, TypeGuard, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.compiled import kernel
 from bimvox.errors import GridFileError
-from bimvox.grid.bricks import NO_OWNER, BrickBuilder, Bricks, labels_agree, sort_boxed_cells
+from bimvox.grid.bricks import BRICK, NO_OWNER, BrickBuilder, Bricks
 from bimvox.grid.frame import CELL_LIMIT, GridFrame, Label
 from bimvox.grid.layout import (
     ARRAYS,
@@ -218,7 +219,7 @@ def _in_boxes(grid: VoxelGrid, owned: NDArray[np.int64]) -> str | None:
     found = np.zeros(len(grid.parts), np.int64)
     others, places = np.empty_like(lent_parts), np.empty(len(lent_parts), np.int64)
     index, cells = grid.owners.index, grid.owners.cells
-    count = sort_boxed_cells(index, cells, grid.shape, boxes, parts, found, others, places)
+    count = _sort_boxed_cells(index, cells, grid.shape, boxes, parts, found, others, places)
     expected = np.ravel_multi_index(tuple(lent_cells.T), grid.shape)
     by_table, by_boxes = np.lexsort((expected, lent_parts)), np.lexsort((places, others))
     if (
@@ -359,7 +360,7 @@ def _read_owners(archive: Archive, shape: tuple[int, ...], labels: NDArray[np.ui
             except ValueError as error:
                 raise GridFileError(name, f"{owners}: {error}") from error
             found = np.zeros(values.shape, np.uint8) if found is None else np.ascontiguousarray(found)
-            agree = labels_agree(values, found, labels)
+            agree = _labels_agree(values, found, labels)
         if not agree:
             raise GridFileError(name, f"{kinds}: the labels do not match the owners")
     return builder.bricks()
@@ -400,3 +401,48 @@ def _centres(frame: GridFrame, axis: int, size: int) -> NDArray[np.float64]:
 
 def _json(document: Mapping[str, Any]) -> bytes:
     return json.dumps(document, ensure_ascii=False, indent=1, allow_nan=False).encode()
+
+
+@kernel
+def _labels_agree(owners: NDArray[np.int32], labels: NDArray[np.uint8], of_owner: NDArray[np.uint8]) -> bool:
+    """Return whether every cell has the label ``of_owner[owner + 1]``."""
+    for i in range(owners.shape[0]):
+        for j in range(owners.shape[1]):
+            for k in range(owners.shape[2]):
+                if labels[i, j, k] != of_owner[owners[i, j, k] + 1]:
+                    return False
+    return True
+
+
+@kernel
+def _sort_boxed_cells(
+    index: NDArray[np.int32],
+    cells: NDArray[np.unsignedinteger],
+    shape: tuple[int, int, int],
+    boxes: NDArray[np.int32],
+    box_parts: NDArray[np.int32],
+    owned: NDArray[np.int64],
+    lent_parts: NDArray[np.int32],
+    lent_places: NDArray[np.int64],
+) -> int:
+    """Count the cells in each part's boxes that it owns; list the part and the position of the others.
+
+    Return the number of others, or -1 if the list is too short.
+    """
+    row = 0
+    for n in range(boxes.shape[0]):
+        part = box_parts[n]
+        for x in range(boxes[n, 0], boxes[n, 3]):
+            for y in range(boxes[n, 1], boxes[n, 4]):
+                for z in range(boxes[n, 2], boxes[n, 5]):
+                    at = index[x // BRICK, y // BRICK, z // BRICK]
+                    owner = -at - 2 if at < 0 else np.int64(cells[at, x % BRICK, y % BRICK, z % BRICK]) - 1
+                    if owner == part:
+                        owned[part] += 1
+                    elif row == lent_parts.size:
+                        return -1
+                    else:
+                        lent_parts[row] = part
+                        lent_places[row] = (np.int64(x) * shape[1] + y) * shape[2] + z
+                        row += 1
+    return row

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import operator
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -77,40 +76,6 @@ def whole(name: str, value: Any, least: int) -> int | None:
     if number < least:
         raise InputError(f"{name} is {number}", hint=f"give {least} or more")
     return number
-
-
-def size_m(name: str, value: Any) -> float | None:
-    """Return a length in metres, or None if there is none.
-
-    Raises:
-        InputError: If it is not a positive number.
-    """
-    if value is None:
-        return None
-    try:
-        length_m = math.nan if isinstance(value, str | bytes) else float(value)
-    except (TypeError, ValueError):
-        length_m = math.nan
-    if not 0.0 < length_m < math.inf:
-        raise InputError(f"{name} is {shown(value)}", hint="give a positive length in metres, for example 0.1")
-    return length_m
-
-
-def pixels(value: Any) -> tuple[int, int] | None:
-    """Return the width and height of a picture, or None if there are none.
-
-    Raises:
-        InputError: If they are not two positive whole numbers.
-    """
-    if value is None:
-        return None
-    try:
-        width, height = (operator.index(number) for number in value)
-    except (TypeError, ValueError):
-        width = height = 0
-    if min(width, height) < 1:
-        raise InputError(f"size_px is {shown(value)}", hint="give width and height, for example (640, 400)")
-    return width, height
 
 
 def text(name: str, value: object, hint: str) -> str | None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import io
+import operator
 from pathlib import Path
+from typing import Any
 
-from bimvox.errors import InputError
+from bimvox.errors import InputError, shown
 from bimvox.files import check_output, write_atomically
 from bimvox.grid.voxel_grid import VoxelGrid
-from bimvox.library.arguments import insist, path_of, pixels, whole
+from bimvox.library.arguments import insist, path_of, whole
 from bimvox.library.plan_value import Plan
 from bimvox.library.site import LoadedSite
 from bimvox.log.dates import all_remarks, log_dates
@@ -53,7 +55,7 @@ def render(
     """
     told = progress_of(progress)
     insist("render", what, (Plan, LoadedSite, VoxelGrid), "plan, a site or a grid")
-    path, lift, size_px = check_output(path_of("render", path)), whole("lift", lift, 1), pixels(size_px)
+    path, lift, size_px = check_output(path_of("render", path)), whole("lift", lift, 1), _pixels(size_px)
     suffix = path.suffix.lower()
     if lift is not None and not isinstance(what, Plan):
         raise InputError("only a plan has lifts", hint="leave lift out")
@@ -118,3 +120,20 @@ def revision_of_plan(plan: Plan) -> Revision:
         metadata=record.metadata,
         dates=log_dates(record),
     )
+
+
+def _pixels(value: Any) -> tuple[int, int] | None:
+    """Return the width and height of a picture, or None if there are none.
+
+    Raises:
+        InputError: If they are not two positive whole numbers.
+    """
+    if value is None:
+        return None
+    try:
+        width, height = (operator.index(number) for number in value)
+    except (TypeError, ValueError):
+        width = height = 0
+    if min(width, height) < 1:
+        raise InputError(f"size_px is {shown(value)}", hint="give width and height, for example (640, 400)")
+    return width, height

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +19,11 @@ from bimvox.bim.building import Building, TriangleMesh
 from bimvox.bim.read import IFC_SUFFIXES, MESH_SUFFIXES, ReadOptions, read_building
 from bimvox.bim.strays import without_strays
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.errors import ObstructionFileError
+from bimvox.errors import InputError, ObstructionFileError, shown
 from bimvox.files import read_input, require_input, require_regular, resolved
 from bimvox.grid.frame import GridFrame
 from bimvox.grid.voxel_grid import VoxelGrid, all_part_cells
-from bimvox.library.arguments import insist, path_of, size_m, text, whole
+from bimvox.library.arguments import insist, path_of, text, whole
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.site import guess
@@ -98,7 +99,7 @@ def voxelize(
         GridTooLargeError: If there would be too many cells; ``fitting_voxel_size_m`` is a size that fits.
     """
     told, building = progress_of(progress), insist("voxelize", building, Building, "building")
-    edge_m = size_m("voxel_size_m", voxel_size_m) or default_voxel_size_m(building.bounds_m)
+    edge_m = _size_m("voxel_size_m", voxel_size_m) or default_voxel_size_m(building.bounds_m)
     grid = voxelize_building(building, edge_m, threads=whole("threads", threads, 1) or 1, progress=told.report)
     told.finish()
     return grid
@@ -376,7 +377,7 @@ def guess_site(
     """
     told = progress_of(progress)
     building = without_strays(insist("guess_site", building, Building, "building"))
-    voxel_size_m = size_m("voxel_size_m", voxel_size_m)
+    voxel_size_m = _size_m("voxel_size_m", voxel_size_m)
     crane = text("crane", crane, "give the name of a crane: hammerhead, luffing, mobile, or a machine of the catalogue")
     options = read_with or ReadOptions()
     told.stage("guess")
@@ -429,3 +430,20 @@ def built_site(config: SiteConfig, building: Building, files: Mapping[str, bytes
     # The reader has said the rest, and a plan repeats it: what was left out, joined or assumed is signed too.
     site = replace(site, notes=(*site.notes, *placed.notes))
     return LoadedSite(config, site, dict(files), building.georeference)
+
+
+def _size_m(name: str, value: Any) -> float | None:
+    """Return a length in metres, or None if there is none.
+
+    Raises:
+        InputError: If it is not a positive number.
+    """
+    if value is None:
+        return None
+    try:
+        length_m = math.nan if isinstance(value, str | bytes) else float(value)
+    except (TypeError, ValueError):
+        length_m = math.nan
+    if not 0.0 < length_m < math.inf:
+        raise InputError(f"{name} is {shown(value)}", hint="give a positive length in metres, for example 0.1")
+    return length_m

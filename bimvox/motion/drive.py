@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import PlanningError
-from bimvox.motion.move import Line, Move, axes_of, guided
-from bimvox.motion.shortcut import Route, along_the_path, check_path, follow, joined, over_the_top
+from bimvox.motion.move import Line, Move, axes_of
+from bimvox.motion.shortcut import Route, along_the_path, check_path, follow, over_the_top
 from bimvox.motion.steady import Swaying, SwingRules, busiest_s, steadied, swing_fault_s
 from bimvox.motion.swept import HookEnd, axes_of_cells, in_cell, pose_next_to
 from bimvox.motion.swing import RiggedCrane
@@ -200,7 +200,7 @@ def drive_free(
         routes = (_from_aside(rigged, along_the_path(rigged, space, found, slew_rad), start_vox, end_vox),)
     driver, best = _Driver(rigged, space, space), None
     for route in routes:
-        best = _quicker(best, driver.steady(joined(route.moves), 0, -np.inf, _length_s(best)))
+        best = _quicker(best, driver.steady(_joined(route.moves), 0, -np.inf, _length_s(best)))
     assert best is not None
     return best, routes[0].clearance_height_m
 
@@ -241,9 +241,9 @@ class _Driver:
         load = self.rigged.load
         tail = follow(load, tail_vox, moves[-1].end.slew_rad if moves else slew_rad)
         begins_m = load.zero_height_m + int(tail_vox[0, 2]) * load.voxel_size_m
-        whole = joined([*moves, *tail])
+        whole = _joined([*moves, *tail])
         if self.guide is not None:
-            whole = guided(whole, self.guide)
+            whole = _guided(whole, self.guide)
             return self.steady(whole, len(self.guide.poses) - 1, begins_m, limit_s)
         return self.steady(whole, len(tail), begins_m, limit_s)
 
@@ -295,3 +295,32 @@ def drive_turning(
     down, down_m = drive_path(rigged, space, lift.path_vox[begins:], lift.contact_moves, last.slew_rad, lift.guide)
     pause_s = turn_back_s(last.slew_rad - first.slew_rad, site.rules.turn_s)
     return followed(there, down, pause_s), max(there_m, down_m)
+
+
+def _guided(moves: Sequence[Move], guide: Guide) -> tuple[Move, ...]:
+    """Return moves whose last one, straight down, rests at the height of every pose of a guide."""
+    *before, last = moves
+    place_m = last.end.height_m
+    if last.start.height_m > place_m + guide.top_m:
+        at = replace(last.end, height_m=place_m + guide.top_m)
+        before.append(Move(last.start, at))
+        last = Move(at, last.end)
+    start = last.start
+    for (height_m, _, _), least_s in zip(guide.poses[1:], guide.least_s, strict=True):
+        end = replace(last.end, height_m=place_m + height_m)
+        if end.height_m < start.height_m:
+            before.append(Move(start, end, least_s=least_s))
+            start = end
+    return tuple(before)
+
+
+def _joined(moves: Sequence[Move]) -> tuple[Move, ...]:
+    """Return the moves with consecutive vertical ones in the same direction merged."""
+    result: list[Move] = []
+    for move in moves:
+        last = result[-1] if result else None
+        if last and last.is_vertical and move.is_vertical and last.difference[2] * move.difference[2] > 0.0:
+            result[-1] = Move(last.start, replace(last.end, height_m=move.end.height_m))
+        else:
+            result.append(move)
+    return tuple(result)

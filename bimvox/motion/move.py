@@ -18,7 +18,6 @@ from bimvox.crane.kinematics import AxisNumbers, axis_numbers, hook_of
 from bimvox.crane.reach import distance_to_polygon_m
 from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane, luffing_limits
 from bimvox.crane.travel import least_time_s, rest_to_rest_s
-from bimvox.records.lift import Guide
 
 # How fast the share of a curved line may be driven: by each axis's derivatives at points of the line.
 #
@@ -310,14 +309,6 @@ def slowed(limits: AxisLimits, share: float) -> AxisLimits:
     return limits if share == 1.0 else replace(limits, rate=limits.rate * share)
 
 
-def no_shorter(limits: AxisLimits, least_s: float) -> AxisLimits:
-    """Return limits on the share driven under which a move from rest to rest takes no less than a time."""
-    pace = min(1.0, rest_to_rest_s(1.0, limits) / least_s) if least_s > 0.0 else 1.0
-    if pace == 1.0:
-        return limits
-    return AxisLimits(limits.rate * pace, limits.acceleration * pace**2, limits.jerk * pace**3)
-
-
 def move_time_s(crane: TowerCrane, move: Move) -> float:
     """Return the shortest time of a move from rest to rest; 0 if nothing moves."""
     if move.line is Line.JOINT:
@@ -328,23 +319,6 @@ def move_time_s(crane: TowerCrane, move: Move) -> float:
 def axes_of(pose: CranePose) -> NDArray[np.float64]:
     """(3,) float64 slew, radius, height."""
     return np.array([pose.slew_rad, pose.radius_m, pose.height_m])
-
-
-def guided(moves: Sequence[Move], guide: Guide) -> tuple[Move, ...]:
-    """Return moves whose last one, straight down, rests at the height of every pose of a guide."""
-    *before, last = moves
-    place_m = last.end.height_m
-    if last.start.height_m > place_m + guide.top_m:
-        at = replace(last.end, height_m=place_m + guide.top_m)
-        before.append(Move(last.start, at))
-        last = Move(at, last.end)
-    start = last.start
-    for (height_m, _, _), least_s in zip(guide.poses[1:], guide.least_s, strict=True):
-        end = replace(last.end, height_m=place_m + height_m)
-        if end.height_m < start.height_m:
-            before.append(Move(start, end, least_s=least_s))
-            start = end
-    return tuple(before)
 
 
 _SPACING_M = 0.5

@@ -446,18 +446,6 @@ def follow(load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float) -> lis
     return [move if move.is_vertical else replace(move, line=Line.SITE) for move in moves]
 
 
-def joined(moves: Sequence[Move]) -> tuple[Move, ...]:
-    """Return the moves with consecutive vertical ones in the same direction merged."""
-    result: list[Move] = []
-    for move in moves:
-        last = result[-1] if result else None
-        if last and last.is_vertical and move.is_vertical and last.difference[2] * move.difference[2] > 0.0:
-            result[-1] = Move(last.start, replace(last.end, height_m=move.end.height_m))
-        else:
-            result.append(move)
-    return tuple(result)
-
-
 def _poses_of_path(load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float) -> list[CranePose]:
     """Return the hook's pose at every cell of a path, slew unwrapped from the turn nearest to ``slew_rad``."""
     # Cells of one column share one slew and radius to the last bit: a vertical move must not slew by rounding noise.

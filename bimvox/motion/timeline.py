@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane
-from bimvox.crane.travel import point_to_point_s
-from bimvox.motion.move import Line, Move, no_shorter, share_limits, slow_shares, slowed
+from bimvox.crane.travel import point_to_point_s, rest_to_rest_s
+from bimvox.motion.move import Line, Move, share_limits, slow_shares, slowed
 from bimvox.motion.profile import (
     TIMES,
     Calm,
@@ -237,7 +237,7 @@ class Pacer:
         self._crane, self._moves = crane, tuple(moves)
         self._packed = Moves(crane, moves)
         self._limits = [
-            no_shorter(slowed(share_limits(crane, move), share), move.least_s)
+            _no_shorter(slowed(share_limits(crane, move), share), move.least_s)
             for move, share in zip(self._moves, slow_shares(crane, self._moves), strict=True)
         ]
         self._half_periods_s = [
@@ -373,13 +373,6 @@ def blended(
     return timeline
 
 
-def evenly_s(start_s: float, end_s: float, steps: int) -> NDArray[np.float64]:
-    """Return ``steps`` + 1 times from start to end: those of ``np.linspace``, which takes ten times as long for it."""
-    times_s = np.arange(steps + 1, dtype=np.float64) * ((end_s - start_s) / steps) + start_s
-    times_s[-1] = end_s
-    return times_s
-
-
 def _earlier(start_s: tuple[float, ...], later: int, overlap_s: float) -> tuple[float, ...]:
     """Return the starts of moves with move ``later`` and all after it begun earlier."""
     return start_s[:later] + tuple([start - overlap_s for start in start_s[later:]])
@@ -500,3 +493,11 @@ def _passes(axes: NDArray[np.float64], base_x_m: float, base_y_m: float, spacing
             passes[i] = np.floor(travel_m / spacing_m) > stride
             stride = np.floor(travel_m / spacing_m)
     return passes
+
+
+def _no_shorter(limits: AxisLimits, least_s: float) -> AxisLimits:
+    """Return limits on the share driven under which a move from rest to rest takes no less than a time."""
+    pace = min(1.0, rest_to_rest_s(1.0, limits) / least_s) if least_s > 0.0 else 1.0
+    if pace == 1.0:
+        return limits
+    return AxisLimits(limits.rate * pace, limits.acceleration * pace**2, limits.jerk * pace**3)

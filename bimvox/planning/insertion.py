@@ -26,12 +26,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.compiled import kernel
 from bimvox.env.actions import MOVES
 from bimvox.grid.summed_area import summed_area_table
 from bimvox.planning.contact.pairs import LEAST_GAP_M, Contacts
 from bimvox.planning.contact.sweep import rope_meets
 from bimvox.planning.guided import GuideSought, NoGuide, Pair, find_guide
-from bimvox.planning.search import room_around, which_boxes_free, which_free
+from bimvox.planning.search import room_around, which_free
 from bimvox.records.lift import MOST_ASIDE_M, MOST_FORCE_N, MOST_TILT_RAD, Guide, side_force_n, swept_box_m
 from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace, boxes_are_free, hook_is_free, placement_is_free
 from bimvox.site.component import Component, IntVec
@@ -314,7 +315,7 @@ class _Inserter:
     def _may_touch_at(self, places: NDArray[np.int32], is_free: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return at which of (N, 3) placements, except free ones, the part may be on a detour."""
         may: NDArray[np.bool_] = ~is_free & (np.abs(places - self.target)[:, :2] <= SIDEWAYS_VOX).all(axis=1)
-        boxes_free = which_boxes_free(self.rule, (places[may] - self.low).astype(np.int32))
+        boxes_free = _which_boxes_free(self.rule, (places[may] - self.low).astype(np.int32))
         self.met_cells = self.met_cells or not boxes_free.all()
         may[may] = boxes_free
         for n in np.flatnonzero(may):
@@ -530,3 +531,12 @@ def _way_back(came_by: NDArray[np.int8], place: IntVec) -> list[IntVec]:
         x, y, z = (int(n) for n in np.array(way[-1]) - MOVES[move - 1])
         way.append((x, y, z))
     return way
+
+
+@kernel
+def _which_boxes_free(space: CollisionSpace, placements_vox: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Return at which of (N, 3) placements the shape alone is free, whatever is above its hook: (N,) bool."""
+    free = np.empty(placements_vox.shape[0], np.bool_)
+    for n in range(placements_vox.shape[0]):
+        free[n] = boxes_are_free(space, placements_vox[n, 0], placements_vox[n, 1], placements_vox[n, 2])
+    return free

@@ -10,10 +10,12 @@ from collections.abc import Collection
 from dataclasses import replace
 from functools import partial
 
-from bimvox.planning.order.faster_order import FasterOrder, travel_of
+from bimvox.planning.contact.pairs import Contacts
+from bimvox.planning.order.faster_order import FasterOrder, order_and_yard, travel_of
+from bimvox.planning.order.relations import precedence
 from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.preparation import Preparation, prepare_greedily
+from bimvox.planning.preparation import Preparation
 from bimvox.progress import Report
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.site.site import Site
@@ -35,7 +37,7 @@ def prepare(
     Raises:
         SequenceError: If no order satisfies the site file's ``before`` and ``after``.
     """
-    greedy = prepare_greedily(site, progress or (lambda stage, done, total: None))
+    greedy = _prepare_greedily(site, progress or (lambda stage, done, total: None))
     # Several cranes share their time: whether their order is faster, only their motions tell.
     found = None if site.has_several_cranes else faster(site, greedy, workers, store=store)
     return greedy if found is None else found[1]
@@ -85,3 +87,20 @@ def plan_without_obstructions(
     if len(bare) < len(site.blockers):
         site = store.once(store.key("bare", store.itself(site)), partial(replace, site, blockers=bare))
     return plan_lifts(site, preparation, workers=workers, store=store)
+
+
+def _prepare_greedily(site: Site, report: Report) -> Preparation:
+    """Return the contacts, a greedy erection sequence and the yard places of a site.
+
+    Args:
+        site: The site.
+        report: Called with (stage, done, total).
+
+    Raises:
+        SequenceError: If no order satisfies the site file's ``before`` and ``after``.
+    """
+    report("contacts", 0, len(site.components))
+    contacts = Contacts(site)
+    relations = precedence(site, contacts, lambda done, total: report("order", done, total))
+    sequence, places = order_and_yard(site, Sequencer(site, relations, contacts))
+    return Preparation(contacts, relations, sequence, places)

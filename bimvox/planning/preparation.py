@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bimvox.planning.contact.pairs import Contacts
-from bimvox.planning.order.faster_order import order_and_yard
 from bimvox.planning.order.relations import Precedence, precedence
-from bimvox.planning.order.sequence import ErectionSequence, Sequencer
-from bimvox.progress import Report
+from bimvox.planning.order.sequence import ErectionSequence
 from bimvox.records.lift import LiftPlan, YardPlace
-from bimvox.site.site import Site
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,23 +25,6 @@ class Preparation:
     relations: Precedence
     sequence: ErectionSequence
     places: tuple[YardPlace | None, ...]
-
-
-def prepare_greedily(site: Site, report: Report) -> Preparation:
-    """Return the contacts, a greedy erection sequence and the yard places of a site.
-
-    Args:
-        site: The site.
-        report: Called with (stage, done, total).
-
-    Raises:
-        SequenceError: If no order satisfies the site file's ``before`` and ``after``.
-    """
-    report("contacts", 0, len(site.components))
-    contacts = Contacts(site)
-    relations = precedence(site, contacts, lambda done, total: report("order", done, total))
-    sequence, places = order_and_yard(site, Sequencer(site, relations, contacts))
-    return Preparation(contacts, relations, sequence, places)
 
 
 def preparation_in(plan: LiftPlan) -> Preparation:

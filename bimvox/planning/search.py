@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.env.actions import MOVES
-from bimvox.site.collision import CollisionSpace, boxes_are_free, placement_is_free
+from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import IntVec
 
 _UNKNOWN, _FREE, _NARROW, _BLOCKED, _CLOSED = 0, 1, 2, 3, 4
@@ -249,15 +249,6 @@ def which_free(space: CollisionSpace, placements_vox: NDArray[np.int32]) -> NDAr
     free = np.empty(placements_vox.shape[0], np.bool_)
     for n in range(placements_vox.shape[0]):
         free[n] = placement_is_free(space, placements_vox[n, 0], placements_vox[n, 1], placements_vox[n, 2])
-    return free
-
-
-@kernel
-def which_boxes_free(space: CollisionSpace, placements_vox: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Return at which of (N, 3) placements the shape alone is free, whatever is above its hook: (N,) bool."""
-    free = np.empty(placements_vox.shape[0], np.bool_)
-    for n in range(placements_vox.shape[0]):
-        free[n] = boxes_are_free(space, placements_vox[n, 0], placements_vox[n, 1], placements_vox[n, 2])
     return free
 
 

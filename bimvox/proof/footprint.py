@@ -28,7 +28,7 @@ from bimvox.kept import kept
 from bimvox.proof.clearance import reach_vox
 from bimvox.proof.crane.jib import swept_by_jib
 from bimvox.proof.guided import cells_at_any_heading, guided_box_vox, turning_placements
-from bimvox.proof.hook import jib_cell, reaches_jib, tallest_met
+from bimvox.proof.hook import jib_cell, tallest_met
 from bimvox.proof.space import Line, positions_of, whole_cells
 from bimvox.proof.swing import swung_placements
 from bimvox.records.lift import Lift, YardPlace
@@ -132,7 +132,7 @@ class CellMask:
         highest = [int(x.max()), int(y.max()), int(np.flatnonzero(heights)[-1])]
         return np.array([[int(x.min()), int(y.min()), 0], highest], np.int32)
 
-    def reaches_jib(self, site: Site, crane: TowerCrane) -> bool:
+    def _reaches_jib(self, site: Site, crane: TowerCrane) -> bool:
         """Return whether any cell is as high as a crane's jib."""
         if self.empty:
             return False
@@ -197,7 +197,7 @@ def jib_meets(site: Site, motion: LiftMotion, cells: NDArray[np.int32]) -> bool:
     if crane.luffing is not None:
         swept = swept_by_jib(site, crane, crane.luffing, motion.samples()[1])
         return bool(swept[tuple(cells.T)].any())
-    if not reaches_jib(site, crane, cells):
+    if not _reaches_jib(site, crane, cells):
         return False
     return bool(tallest_met(site, crane, cells, motion.samples()[1][:, 0]))
 
@@ -363,3 +363,8 @@ def _meet(words: NDArray[np.uint64], columns: NDArray[np.int32], heights: NDArra
             if words[columns[n], w] & heights[n, w]:
                 return True
     return False
+
+
+def _reaches_jib(site: Site, crane: TowerCrane, cells: NDArray[np.int32]) -> bool:
+    """Return whether any of the cells ((N, 3)) is as high as the jib."""
+    return bool((cells[:, 2] >= jib_cell(site, crane)).any())

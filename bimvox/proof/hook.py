@@ -69,11 +69,6 @@ class Turn(NamedTuple):
     released_ns: int
 
 
-def turn_of(motion: LiftMotion) -> Turn:
-    """Return the times of a motion."""
-    return Turn(motion.raised_ns, motion.set_ns, motion.released_ns)
-
-
 class Between:
     """Finds what is on the site during the empty hook moves of several cranes.
 
@@ -282,11 +277,6 @@ def _in_own_columns(cells: NDArray[np.float64], lines: NDArray[np.float64]) -> N
 def jib_cell(site: Site, crane: TowerCrane) -> int:
     """Return the lowest height, in cells, that reaches the jib."""
     return int(np.floor((crane.jib_height_m - site.frame.origin_m[2]) / site.frame.voxel_size_m + 1e-6))
-
-
-def reaches_jib(site: Site, crane: TowerCrane, cells: NDArray[np.int32]) -> bool:
-    """Return whether any of the cells ((N, 3)) is as high as the jib."""
-    return bool((cells[:, 2] >= jib_cell(site, crane)).any())
 
 
 def tallest_met(site: Site, crane: TowerCrane, cells: NDArray[np.int32], slew_rad: NDArray[np.float64]) -> bool:

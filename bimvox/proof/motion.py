@@ -16,23 +16,18 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
+import numpy as np
+
+from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.clearance import MOTION_MARGIN, Clearances, TransitProof
 from bimvox.proof.clock import check_durations, check_phase_names
-from bimvox.proof.crane.axes import (
-    check_capacity,
-    check_limits,
-    check_phases,
-    check_range,
-    check_rests,
-    check_spacing,
-    is_sound,
-)
+from bimvox.proof.crane.axes import check_capacity, check_limits, check_phases, check_range, check_rests
 from bimvox.proof.crane.separation import check_cranes, check_turns
 from bimvox.proof.ends import check_ends
 from bimvox.proof.guided import check_heading
-from bimvox.proof.hook import Between, HookProof, Turn, turn_of
+from bimvox.proof.hook import Between, HookProof, Turn
 from bimvox.proof.load import LoadProof
 from bimvox.proof.moment import Moment, Standing
 from bimvox.proof.plan import triangles_of
@@ -40,7 +35,7 @@ from bimvox.proof.rigging import rigging_kg
 from bimvox.proof.space import ALWAYS_NS, RawCells
 from bimvox.proof.swing import SwingProof
 from bimvox.records.lift import Lift, LiftPlan, Status
-from bimvox.records.motion import LiftMotion
+from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.site.component import Component
 from bimvox.walk import Store, Walk
@@ -119,7 +114,7 @@ def _verifier(
     turns: Mapping[int, Turn] = {}
     if plan.site.has_several_cranes:
         seen = motions if known is None else known
-        turns = {order: turn_of(motion) for order, motion in _sound_ones(seen).items()}
+        turns = {order: _turn_of(motion) for order, motion in _sound_ones(seen).items()}
     verifier = _Verifier(plan, tuple(context), window_ns, turns)
     verifier.motions, verifier.is_whole = tuple(motions), known is None
     return verifier
@@ -128,7 +123,7 @@ def _verifier(
 def _sound_ones(motions: Sequence[LiftMotion]) -> dict[int, LiftMotion]:
     """Return the motions with sound trajectories, by order; the others are reported when they are checked."""
     aside = Check("timeline")
-    return {motion.order: motion for motion in motions if is_sound(aside, "", motion)}
+    return {motion.order: motion for motion in motions if _is_sound(aside, "", motion)}
 
 
 class _Driven(NamedTuple):
@@ -202,7 +197,7 @@ class _Verifier(Walk[Standing, _Driven, Mapping[str, Check]]):
         """Set the part of a lift, or leave it in the yard."""
         state.go_past(self.lifts[turn])
 
-    def turn_of(self, task: _Driven) -> int:
+    def _turn_of(self, task: _Driven) -> int:
         """Return the number of the lift."""
         return task.number
 
@@ -251,7 +246,7 @@ class _Verifier(Walk[Standing, _Driven, Mapping[str, Check]]):
             if motion is None or motion.component != lift.component:
                 self.checks["timeline"].look(False, f"{name}: it has no motion")
                 continue
-            if not is_sound(self.checks["timeline"], name, motion):
+            if not _is_sound(self.checks["timeline"], name, motion):
                 continue
             if motion.crane != component.crane:
                 self.checks["timeline"].look(False, f"{name}: it is driven by crane {motion.crane}, not its own")
@@ -362,7 +357,7 @@ class _Verifier(Walk[Standing, _Driven, Mapping[str, Check]]):
             if part is None:
                 continue
             check_rests(self.checks["rests"], name, crane, part, what)
-            check_spacing(self.checks["spacing"], name, crane, part, self.site.frame.voxel_size_m)
+            _check_spacing(self.checks["spacing"], name, crane, part, self.site.frame.voxel_size_m)
             hung_kg = masses.get(id(part), mass_kg)
             check_capacity(self.checks["capacity"], name, crane, part, hung_kg, self.site.rules.highest_utilisation)
 
@@ -378,3 +373,38 @@ def _course(motion: LiftMotion | None) -> tuple[object, ...] | None:
     phases = tuple((p.name, p.start_ns - motion.start_ns, p.end_ns - motion.start_ns) for p in motion.phases)
     parts = (motion.approach, motion.raising, motion.loaded, motion.departure)
     return motion.order, motion.crane, parts, phases, motion.end_ns - motion.start_ns
+
+
+def _is_sound(check: Check, name: str, motion: LiftMotion) -> bool:
+    """Check that every trajectory has at least two samples, three finite axes of equal length and ascending times."""
+    good = True
+    for part in motion.trajectories:
+        count = len(part.time_ns)
+        lengths = {len(part.slew_rad), len(part.radius_m), len(part.height_m)}
+        whole = count >= 2 and lengths == {count}
+        whole = whole and bool(np.isfinite(part.axes).all())
+        whole = whole and bool((np.diff(part.time_ns) > 0).all())
+        check.look(whole, f"{name}: a trajectory without times that ascend and finite axes of the same length")
+        good = good and whole
+    return good
+
+
+_MOST_SPACING_VOX = 0.5
+
+
+def _check_spacing(check: Check, name: str, crane: TowerCrane, trajectory: Trajectory, voxel_size_m: float) -> None:
+    """Check that the hook moves at most half a cell between two samples."""
+    hook_m = hook_of(crane, trajectory.slew_rad, trajectory.radius_m, trajectory.height_m)
+    steps = np.linalg.norm(np.diff(hook_m, axis=0), axis=1) / voxel_size_m
+    worst = int(np.argmax(steps))
+    check.measure(float(steps[worst]))
+    check.look(
+        bool(steps[worst] <= _MOST_SPACING_VOX + 1e-6),
+        f"{name}: {steps[worst]:.3f} cells between samples at {trajectory.time_ns[worst] / 1e9:.2f} s",
+        samples=len(steps),
+    )
+
+
+def _turn_of(motion: LiftMotion) -> Turn:
+    """Return the times of a motion."""
+    return Turn(motion.raised_ns, motion.set_ns, motion.released_ns)

@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bimvox.cranes.clock import Begun, PlacedLeg, ResumedLoad
 from bimvox.cranes.lift import HookError, approach_track, carrying_track, standing_track
@@ -18,11 +19,13 @@ from bimvox.cranes.lifts import crane_lifts
 from bimvox.cranes.schedule import time_lifts, time_rest
 from bimvox.errors import MotionError
 from bimvox.planning.rounds import Refused
+from bimvox.proof.footprint import CellMask, hook_footprint, jib_meets
 from bimvox.records.lift import HOOK_MET, NOT_DRIVEN, Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.revision.current_plan import CurrentPlan, HeldCranes, ObstructionChange, RevisionRequest
 from bimvox.revision.draft import Proof, RevisionDraft
-from bimvox.revision.stop_cranes import CraneNow, Loads, WhoStops, all_stopped, cranes_at, is_met, motion_is_met
+from bimvox.revision.stop_cranes import CraneNow, Loads, WhoStops, all_stopped, cranes_at, is_met
+from bimvox.site.site import Site
 from bimvox.stop.redirect import Held, Redirected, is_set
 from bimvox.stop.resume import cut_short
 from bimvox.units import NS_PER_S
@@ -272,14 +275,14 @@ class CranesUnderWay:
         ):
             return False
         to_come = [motion for order, motion in current.motions.items() if order > self.last]
-        return not any(motion_is_met(self.site, current, motion, added) for motion in to_come)
+        return not any(_motion_is_met(self.site, current, motion, added) for motion in to_come)
 
     def _look_ahead(self, plan: LiftPlan) -> None:
         """Keep what starts before the hold ends, up to the first lift that the change affects."""
         current, added, until_ns = self.current, self.change.added, self.ready_ns
         for lift, was in zip(plan.lifts, current.plan.lifts, strict=True):
             motion = current.motions.get(lift.order)
-            met = motion is not None and motion_is_met(self.site, current, motion, added)
+            met = motion is not None and _motion_is_met(self.site, current, motion, added)
             if lift.order <= self.last or not (met or (lift is not was and _is_planned(lift, was))):
                 continue
             if motion is not None:
@@ -342,3 +345,18 @@ class CranesUnderWay:
 def _is_planned(now: Lift, was: Lift) -> bool:
     """Return whether a lift is or was planned."""
     return Status.PLANNED in (now.status, was.status)
+
+
+def _motion_is_met(site: Site, current: CurrentPlan, motion: LiftMotion, added: NDArray[np.int32]) -> bool:
+    """Return whether new obstructed cells meet a motion that has not begun.
+
+    ``added``: (N, 3) the cells.
+    """
+    if not len(added):
+        return False
+    mask = CellMask(site.shape)
+    mask.add(added)
+    if mask.meets(current.motion_footprints[motion.order]) or jib_meets(site, motion, added):
+        return True
+    leaves = motion.departure
+    return leaves is not None and mask.meets(hook_footprint(site, motion, leaves, motion.start_ns))

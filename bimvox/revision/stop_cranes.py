@@ -145,21 +145,6 @@ def _load_is_met(site: Site, lift: Lift, motion: LiftMotion, added: NDArray[np.i
     return mask.meets(motion_footprint(site, lift, motion, now_ns)) or jib_meets(site, motion, added)
 
 
-def motion_is_met(site: Site, current: CurrentPlan, motion: LiftMotion, added: NDArray[np.int32]) -> bool:
-    """Return whether new obstructed cells meet a motion that has not begun.
-
-    ``added``: (N, 3) the cells.
-    """
-    if not len(added):
-        return False
-    mask = CellMask(site.shape)
-    mask.add(added)
-    if mask.meets(current.motion_footprints[motion.order]) or jib_meets(site, motion, added):
-        return True
-    leaves = motion.departure
-    return leaves is not None and mask.meets(hook_footprint(site, motion, leaves, motion.start_ns))
-
-
 def _without_leaving(motion: LiftMotion) -> LiftMotion:
     """Return the motion until its slings are off."""
     if motion.departure is None:

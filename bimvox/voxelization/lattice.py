@@ -77,18 +77,6 @@ def part_triangles(
     return triangles
 
 
-@kernel
-def cell_of_middle(
-    bounds: NDArray[np.float64], low: NDArray[np.int64], high: NDArray[np.int64]
-) -> tuple[int, int, int]:
-    """Return the cell in the middle of a (2, 3) box, relative to the cell ``low`` and below ``high``."""
-    cell = np.empty(3, np.int64)
-    for axis in range(3):
-        middle = int(np.floor((bounds[0, axis] + bounds[1, axis]) / 2.0)) - low[axis]
-        cell[axis] = min(max(middle, 0), high[axis] - low[axis] - 1)
-    return cell[0], cell[1], cell[2]
-
-
 def lattice_triangles(
     vertices_m: NDArray[np.float64], faces: NDArray[np.int32], voxel_size_m: float, origin_m: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

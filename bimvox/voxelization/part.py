@@ -14,7 +14,6 @@ from bimvox.errors import InputError
 from bimvox.grid.frame import CELL_LIMIT
 from bimvox.voxelization.bits import CellPlanes, set_run
 from bimvox.voxelization.lattice import (
-    cell_of_middle,
     cell_range,
     lattice_triangles,
     part_triangles,
@@ -29,7 +28,6 @@ from bimvox.voxelization.runs import (
     boxes_of_runs,
     dense_cells,
     dense_fractions,
-    filled_of,
     longer,
     runs_of,
     write_runs,
@@ -133,12 +131,12 @@ def voxelize_mesh(
     solid = fill_solid((a, b, c), triangles, tolerance_vox(voxel_size_m), part_high - low)
     if _marks_nothing(solid) and (low == part_low).all() and (high == part_high).all():
         # Smaller than the tolerance, across a corner or an edge of cells: the cell at its middle.
-        i, j, k = cell_of_middle(bounds, low, high)
+        i, j, k = _cell_of_middle(bounds, low, high)
         set_run(solid.filled.cells.border, i, j, k, k)
     columns, runs, shares, count = runs_of(solid.filled, kept_low - low, kept_high - low)
     volume = solid.volume
     if volume is None:
-        full, filled = filled_of(columns, runs, shares)
+        full, filled = _filled_of(columns, runs, shares)
         volume = full + filled / FULL
     a, b, c = (int(n) for n in kept_high - kept_low)
     return PartVoxels(kept_low, (a, b, c), columns, runs, shares, count, solid.fill.value, volume * voxel_size_m**3)
@@ -338,7 +336,7 @@ def _wind_batch(
         filled = FilledCells(cells, starts, shares, 0)
         mark_borders(cells, triangles, lattice.tolerance, top)
         if whole and filled.shares.size == 0 and _is_empty(cells.inside) and _is_empty(cells.border):
-            x, y, z = cell_of_middle(bounds[part], low, high)
+            x, y, z = _cell_of_middle(bounds[part], low, high)
             set_run(cells.border, x, y, z, z)
         for axis in range(3):
             lows[part, axis], shapes[part, axis] = kept_low[axis], kept_high[axis] - kept_low[axis]
@@ -357,7 +355,7 @@ def _wind_batch(
         if covers_once(least, most):
             volumes[part] = abs(signed_volume(triangles, inverted))
         else:
-            full, rest = filled_of(room.columns, room.rows, room.shares)
+            full, rest = _filled_of(room.columns, room.rows, room.shares)
             volumes[part] = full + rest / FULL
         cut = boxes_of_runs(room.columns, room.rows, shapes[part, 0], shapes[part, 1])
         boxes = _grown(boxes, found, cut.shape[0])
@@ -421,3 +419,30 @@ def wind_batch(
     planes = _planes_for(bounds, tolerance, clip)
     columns, runs, shares, boxes = _wind_batch(meshes, bounds, lattice, sample_lines(), planes, batch)
     return batch._replace(columns=columns, runs=runs, shares=shares, boxes=boxes)
+
+
+@kernel
+def _cell_of_middle(
+    bounds: NDArray[np.float64], low: NDArray[np.int64], high: NDArray[np.int64]
+) -> tuple[int, int, int]:
+    """Return the cell in the middle of a (2, 3) box, relative to the cell ``low`` and below ``high``."""
+    cell = np.empty(3, np.int64)
+    for axis in range(3):
+        middle = int(np.floor((bounds[0, axis] + bounds[1, axis]) / 2.0)) - low[axis]
+        cell[axis] = min(max(middle, 0), high[axis] - low[axis] - 1)
+    return cell[0], cell[1], cell[2]
+
+
+@kernel
+def _filled_of(columns: NDArray[np.int32], runs: NDArray[np.int32], shares: NDArray[np.uint16]) -> tuple[int, int]:
+    """Return the number of cells inside, and the sum of the shares of the others."""
+    full = total = 0
+    for column in range(columns.shape[0]):
+        for n in range(columns[column, 0], columns[column, 1]):
+            size = runs[n, 1] - runs[n, 0]
+            if runs[n, 2] < 0:
+                full += size
+            else:
+                for k in range(size):
+                    total += int(np.int64(shares[runs[n, 2] + k]))
+    return full, total

@@ -200,21 +200,6 @@ def runs_of(
 
 
 @kernel
-def filled_of(columns: NDArray[np.int32], runs: NDArray[np.int32], shares: NDArray[np.uint16]) -> tuple[int, int]:
-    """Return the number of cells inside, and the sum of the shares of the others."""
-    full = total = 0
-    for column in range(columns.shape[0]):
-        for n in range(columns[column, 0], columns[column, 1]):
-            size = runs[n, 1] - runs[n, 0]
-            if runs[n, 2] < 0:
-                full += size
-            else:
-                for k in range(size):
-                    total += int(np.int64(shares[runs[n, 2] + k]))
-    return full, total
-
-
-@kernel
 def dense_cells(shape: tuple[int, int, int], columns: NDArray[np.int32], runs: NDArray[np.int32]) -> NDArray[np.bool_]:
     """Return the cells of runs as an (A, B, C) bool array."""
     cells = np.zeros(shape, np.bool_)

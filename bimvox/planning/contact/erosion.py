@@ -165,15 +165,6 @@ _SMALL_GAP = 0.05
 _LONGEST_MITRE = 3.0  # times the depth; without a limit, sharp edges would move their vertices far away
 
 
-def thickness_m(mesh: TriangleMesh) -> float:
-    """Return the mean thickness of a solid, 2 V / A (exact for a large plate), at most its box's smallest edge."""
-    a, b, c = np.moveaxis(mesh.triangles_m, 1, 0)
-    area_m2 = float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2.0
-    low, high = mesh.bounds_m
-    smallest = float((high - low).min())
-    return min(smallest, 2.0 * abs(mesh.signed_volume_m3) / area_m2) if area_m2 > 0.0 else smallest
-
-
 def pair_depths_m(
     first: int, second: int, thicknesses_m: Sequence[float] | Mapping[int, float], tolerance_m: float
 ) -> tuple[float, float]:

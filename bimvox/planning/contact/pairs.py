@@ -21,9 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.bim.connected import connected_labels
 from bimvox.bim.mesh.repair import connected_labels
-from bimvox.planning.contact.erosion import eroded_triangles_m, pair_depths_m, thickness_m
-from bimvox.planning.contact.sweep import blocked_steps, crossings_above
+from bimvox.planning.contact.erosion import eroded_triangles_m, pair_depths_m
+from bimvox.planning.contact.sweep import blocked_steps
 from bimvox.planning.guided import KnownGuides
 from bimvox.records.lift import ModelledClash
 from bimvox.site.collision import grown_cells
@@ -50,7 +51,7 @@ def _lies_inside(part_m: NDArray[np.float64], around_m: NDArray[np.float64]) -> 
     if not len(near_m):
         return False
     points_m = np.einsum("k,fkd->fd", _WITHIN, near_m[_first_of_bodies(near_m)])
-    return any(crossings_above(around_m, point_m) % 2 for point_m in points_m)
+    return any(_crossings_above(around_m, point_m) % 2 for point_m in points_m)
 
 
 def _first_of_bodies(triangles_m: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -128,7 +129,7 @@ class Contacts:
         ).reshape(-1, 2, 3)
         self._component_count = len(components)
         self._triangles = [solid.mesh.triangles_m for solid in self.solids]
-        self._thickness_m = [thickness_m(solid.mesh) for solid in self.solids]
+        self._thickness_m = [_thickness_m(solid.mesh) for solid in self.solids]
         self._eroded: dict[tuple[int, float], NDArray[np.float64]] = {}
         self.guides = KnownGuides()
         self._bvhs: dict[int, fcl.CollisionObject] = {}
@@ -320,7 +321,7 @@ class Contacts:
                         break
                     moved_m = direction * out_m * np.eye(3)[axis]
                     point_m = self._triangles[first][0].mean(axis=0) + moved_m
-                    outside = crossings_above(self._triangles[second], point_m) % 2 == 0
+                    outside = _crossings_above(self._triangles[second], point_m) % 2 == 0
                     part.setTranslation(moved_m)
                     if outside and not fcl.collide(part, other) and not self._still_enclosed(first, second, moved_m):
                         shortest_m, way_m = out_m, moved_m
@@ -354,3 +355,25 @@ def _clash(first: str, second: str, way_m: NDArray[np.float64] | None) -> Modell
         return ModelledClash(first, second, _DEPTH_REACH_M, None)
     x, y, z = (round(float(n), 6) for n in way_m)
     return ModelledClash(first, second, round(float(np.abs(way_m).sum()), 6), (x, y, z))
+
+
+def _crossings_above(triangles_m: NDArray[np.float64], point_m: NDArray[np.float64]) -> int:
+    """Return how many of (F, 3, 3) triangles a line straight up from a point, (3,) metres, crosses."""
+    a, b, c = (triangles_m[:, n, :2] - point_m[:2] for n in range(3))
+    ab, bc, ca = (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((a, b), (b, c), (c, a)))
+    total = ab + bc + ca
+    over = (((ab >= 0) & (bc >= 0) & (ca >= 0)) | ((ab <= 0) & (bc <= 0) & (ca <= 0))) & (np.abs(total) > 1e-12)
+    if not over.any():
+        return 0
+    z = triangles_m[over][:, :, 2]
+    height = (bc[over] * z[:, 0] + ca[over] * z[:, 1] + ab[over] * z[:, 2]) / total[over]
+    return int((height > point_m[2]).sum())
+
+
+def _thickness_m(mesh: TriangleMesh) -> float:
+    """Return the mean thickness of a solid, 2 V / A (exact for a large plate), at most its box's smallest edge."""
+    a, b, c = np.moveaxis(mesh.triangles_m, 1, 0)
+    area_m2 = float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2.0
+    low, high = mesh.bounds_m
+    smallest = float((high - low).min())
+    return min(smallest, 2.0 * abs(mesh.signed_volume_m3) / area_m2) if area_m2 > 0.0 else smallest

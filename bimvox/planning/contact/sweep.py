@@ -59,19 +59,6 @@ def rope_meets(triangles_m: NDArray[np.float64], foot_m: NDArray[np.float64]) ->
     return bool(blocked_steps(np.array([[a, b, c], [a, c, d]]), triangles_m, 2, 1, FAR_M, 1)[0])
 
 
-def crossings_above(triangles_m: NDArray[np.float64], point_m: NDArray[np.float64]) -> int:
-    """Return how many of (F, 3, 3) triangles a line straight up from a point, (3,) metres, crosses."""
-    a, b, c = (triangles_m[:, n, :2] - point_m[:2] for n in range(3))
-    ab, bc, ca = (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((a, b), (b, c), (c, a)))
-    total = ab + bc + ca
-    over = (((ab >= 0) & (bc >= 0) & (ca >= 0)) | ((ab <= 0) & (bc <= 0) & (ca <= 0))) & (np.abs(total) > 1e-12)
-    if not over.any():
-        return 0
-    z = triangles_m[over][:, :, 2]
-    height = (bc[over] * z[:, 0] + ca[over] * z[:, 1] + ab[over] * z[:, 2]) / total[over]
-    return int((height > point_m[2]).sum())
-
-
 @kernel
 def _mark_blocked(
     moving_m: NDArray[np.float64],

@@ -23,23 +23,8 @@ _ROUNDING = 8.0 * np.finfo(np.float64).eps
 _RANGE_M = 1e-6
 _RANGE_RAD = 1e-6
 _HOIST = 2
-_MOST_SPACING_VOX = 0.5
 
 AXES = "slew_rad, radius_m and height_m"
-
-
-def is_sound(check: Check, name: str, motion: LiftMotion) -> bool:
-    """Check that every trajectory has at least two samples, three finite axes of equal length and ascending times."""
-    good = True
-    for part in motion.trajectories:
-        count = len(part.time_ns)
-        lengths = {len(part.slew_rad), len(part.radius_m), len(part.height_m)}
-        whole = count >= 2 and lengths == {count}
-        whole = whole and bool(np.isfinite(part.axes).all())
-        whole = whole and bool((np.diff(part.time_ns) > 0).all())
-        check.look(whole, f"{name}: a trajectory without times that ascend and finite axes of the same length")
-        good = good and whole
-    return good
 
 
 def check_phases(check: Check, name: str, motion: LiftMotion) -> None:
@@ -259,19 +244,6 @@ def check_range(check: Check, name: str, crane: TowerCrane, axes: NDArray[np.flo
             f"{name}: the jib is at {worst_rad:.4f} rad; its limiter is set to {first:g} to {last:g} rad",
             samples=len(axes),
         )
-
-
-def check_spacing(check: Check, name: str, crane: TowerCrane, trajectory: Trajectory, voxel_size_m: float) -> None:
-    """Check that the hook moves at most half a cell between two samples."""
-    hook_m = hook_of(crane, trajectory.slew_rad, trajectory.radius_m, trajectory.height_m)
-    steps = np.linalg.norm(np.diff(hook_m, axis=0), axis=1) / voxel_size_m
-    worst = int(np.argmax(steps))
-    check.measure(float(steps[worst]))
-    check.look(
-        bool(steps[worst] <= _MOST_SPACING_VOX + 1e-6),
-        f"{name}: {steps[worst]:.3f} cells between samples at {trajectory.time_ns[worst] / 1e9:.2f} s",
-        samples=len(steps),
-    )
 
 
 def check_capacity(
