@@ -19,9 +19,8 @@ R = TypeVar("R")
 def kept(function: Callable[Concatenate[Owner, P], R]) -> Callable[Concatenate[Owner, P], R]:
     """Cache a function's result for each object (its first argument) and the other arguments.
 
-    Args:
-        function: Its first argument is immutable, equal only to itself, and can be weakly referenced; the others are
-            hashable. The result must not refer to the object, otherwise neither is ever freed.
+    ``function``: its first argument is immutable, equal only to itself, and can be weakly referenced; the others are
+    hashable. The result must not refer to the object, otherwise neither is ever freed.
     """
     found: WeakKeyDictionary[Owner, dict[Any, R]] = WeakKeyDictionary()
 

@@ -93,9 +93,7 @@ class Workers:
     def each(self, function: Callable[..., T], tasks: Iterable[tuple[Any, ...]]) -> Iterator[T]:
         """Return ``function(*task)`` of every task, in order; workers begin at once, and do a few tasks ahead.
 
-        Args:
-            function: As for ``run``.
-            tasks: As for ``run``; they are taken when they are begun.
+        ``tasks``: as for ``run``; they are taken when they are begun.
         """
         if self.count == 1:
             return (function(*task) for task in tasks)

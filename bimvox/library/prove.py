@@ -220,8 +220,7 @@ class _Attempts:
     def _prove(self, made: LiftPlan) -> Planned | dict[str, str]:
         """Prove and time a plan; return the lifts to refuse, and why, if it is not proven.
 
-        Raises:
-            NoFreeTimeError: If one of several cranes has no free time for a lift.
+        Raises NoFreeTimeError: if one of several cranes has no free time for a lift.
         """
         store, workers = self.store, self.workers
         self.progress.stage("prove")

@@ -125,8 +125,7 @@ def revision_of_plan(plan: Plan) -> Revision:
 def _pixels(value: Any) -> tuple[int, int] | None:
     """Return the width and height of a picture, or None if there are none.
 
-    Raises:
-        InputError: If they are not two positive whole numbers.
+    Raises InputError: if they are not two positive whole numbers.
     """
     if value is None:
         return None

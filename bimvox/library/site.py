@@ -435,8 +435,7 @@ def built_site(config: SiteConfig, building: Building, files: Mapping[str, bytes
 def _size_m(name: str, value: Any) -> float | None:
     """Return a length in metres, or None if there is none.
 
-    Raises:
-        InputError: If it is not a positive number.
+    Raises InputError: if it is not a positive number.
     """
     if value is None:
         return None

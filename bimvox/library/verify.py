@@ -104,10 +104,7 @@ def prove_further(
 def with_claims(verdict: Verification, record: PlanLog, bound: Collection[str] = ()) -> Verification:
     """Return a verdict with what its log claims and was not proven; nothing follows from values that make no sense.
 
-    Args:
-        verdict: The verdict.
-        record: The log.
-        bound: The options of ``bimvox verify`` with which it was proven.
+    ``bound``: the options of ``bimvox verify`` with which it was proven.
     """
     sensible = verdict.checks[0].passed
     return replace(verdict, claims=claims_of(record, verdict.checks, bound) if sensible else ())

@@ -47,12 +47,9 @@ def _fastest_chain(
 ) -> NDArray[np.int64]:
     """Return (N,) int64 the corner before each on the fastest chain to it; of corners that it leaves out, anything.
 
-    Args:
-        space: The collision rule.
-        load: How hook poses and reference cells correspond.
-        axes: (N, 3) slew, radius and height of the corners.
-        limits: The crane's.
-        own_s: (N,) time of the path's own run to the next corner if the joint line there is not free, else 0.
+    ``load``: how hook poses and reference cells correspond; ``axes``: (N, 3) slew, radius and height of the corners;
+    ``limits``: the crane's; ``own_s``: (N,) time of the path's own run to the next corner if the joint line there is
+    not free, else 0.
     """
     goal = axes.shape[0] - 1
     left_s = np.empty(goal + 1)

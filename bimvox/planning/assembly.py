@@ -106,9 +106,7 @@ class Assembly:
 
         Looks at no cells. None if only the path decides.
 
-        Args:
-            index: The component.
-            is_in_reach: Whether it is known that the crane can lift it to its place.
+        ``is_in_reach``: whether it is known that the crane can lift it to its place.
         """
         refused = None if is_in_reach else refused_by_crane(self._site, self._site.components[index])
         if refused is not None:
@@ -339,10 +337,7 @@ def replay(site: Site, preparation: Preparation, plan: LiftPlan) -> Iterator[tup
 
     The last moves are those of the plan: nothing is planned again.
 
-    Args:
-        site: The site.
-        preparation: What was prepared for it.
-        plan: The plan.
+    ``preparation``: what was prepared for it.
     """
     assembly = Assembly(site, preparation)
     for lift in plan.lifts:

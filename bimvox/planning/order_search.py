@@ -92,12 +92,8 @@ def plan_without_obstructions(
 def _prepare_greedily(site: Site, report: Report) -> Preparation:
     """Return the contacts, a greedy erection sequence and the yard places of a site.
 
-    Args:
-        site: The site.
-        report: Called with (stage, done, total).
-
-    Raises:
-        SequenceError: If no order satisfies the site file's ``before`` and ``after``.
+    ``report``: called with (stage, done, total). Raises SequenceError: if no order satisfies the site file's ``before``
+    and ``after``.
     """
     report("contacts", 0, len(site.components))
     contacts = Contacts(site)
