@@ -26,12 +26,11 @@ from bimvox.crane.conflict import (
     CraneTrack,
     joined,
 )
-from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import MotionError
 from bimvox.kept import kept
 from bimvox.motion.swept import HookEnd, in_cell
-from bimvox.motion.swing import STEP_S, Pendulum, swing_of
+from bimvox.motion.swing import GRAVITY_M_S2, STEP_S, Pendulum, pendulum_lengths_m, swing_of
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, PhaseName, Trajectory
 from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace

@@ -12,9 +12,9 @@ from bimvox.library.hand_over import handed_over, preparation_of
 from bimvox.motion.steps import steps_of
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
-from bimvox.planning.propose import Propose
 from bimvox.planning.rollout import proposer
 from bimvox.planning.rounds import OtherWays, Refusals, Refused, proven_in_rounds, refusals
+from bimvox.planning.stage import Propose
 from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
 from bimvox.proof.clock import verify_steps

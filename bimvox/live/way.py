@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import leaf_kernel
 from bimvox.crane.kinematics import hook_of, joint_limits, joints_of
-from bimvox.crane.pendulum import GRAVITY_M_S2, pendulum_lengths_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.cranes.lift import REACTION_S
-from bimvox.motion.swing import STEP_S, Pendulum, swing_of
+from bimvox.motion.swing import GRAVITY_M_S2, STEP_S, Pendulum, pendulum_lengths_m, swing_of
 
 TICK_S = 0.5
 """Length of a step of the simulation, and distance of the rows of a way on its own clock."""

@@ -1,4 +1,4 @@
-"""A crane with its load on the rope, and how the load swings while the crane moves.
+"""A crane with its load on the rope: the pendulum's length and period, and how it swings while the crane moves.
 
 The load is a point on a rope of changing length l, for small angles and without damping (real damping only helps). With
 p the point of the jib that it hangs from and q the load, both on the plan in the site's frame, which does not turn (so
@@ -8,19 +8,51 @@ that slewing needs no extra terms): q'' = (g - l'') / l (p - q).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, kernel
-from bimvox.crane.pendulum import GRAVITY_M_S2, SHORTEST_M
-from bimvox.crane.tower_crane import TowerCrane
+from bimvox.crane.tower_crane import TowerCrane, tip_height_m
 from bimvox.motion.swept import LoadFrame, load_frame, swaying_is_free
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site, SwingRule
+
+GRAVITY_M_S2 = 9.80665
+SHORTEST_M = 0.5
+"""No pendulum is shorter."""
+
+
+def pendulum_length_m(crane: TowerCrane, height_m: float, below_hook_m: float, radius_m: float | None = None) -> float:
+    """Return the distance from the rope exit down to the middle of the load, at least 0.5 m.
+
+    Args:
+        crane: The crane.
+        height_m: Height of the hook above the site's z = 0.
+        below_hook_m: From the hook down to the middle of the load.
+        radius_m: Radius of the hook, which determines the height of a luffing jib's tip; None: the highest tip.
+    """
+    exit_m = crane.jib_height_m
+    if crane.luffing is not None and radius_m is not None:
+        exit_m = float(tip_height_m(crane.luffing, np.array([radius_m]))[0])
+    return max(SHORTEST_M, exit_m - height_m + below_hook_m)
+
+
+def pendulum_lengths_m(crane: TowerCrane, axes: NDArray[np.float64], below_hook_m: float) -> NDArray[np.float64]:
+    """Return the (N,) pendulum lengths at (N, 3) hook poses (slew, radius, height); see :func:`pendulum_length_m`."""
+    exit_m = crane.jib_height_m if crane.luffing is None else tip_height_m(crane.luffing, axes[:, 1])
+    lengths: NDArray[np.float64] = np.maximum(SHORTEST_M, exit_m - axes[:, 2] + below_hook_m)
+    return lengths
+
+
+def half_period_s(length_m: float) -> float:
+    """Return half the period of a pendulum, for small angles."""
+    return pi * sqrt(length_m / GRAVITY_M_S2)
+
 
 PLANNED_RESIDUAL_M = 0.04
 """A planned load that swings no further than this to a side is at rest. The proof, which integrates the samples of the

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
-from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.crane.tower_crane import AxisLimits, CranePose, TowerCrane
 from bimvox.crane.travel import point_to_point_s, rest_to_rest_s
 from bimvox.motion.move import Line, Move, share_limits, slow_shares, slowed
@@ -33,7 +32,16 @@ from bimvox.motion.profile import (
     profile_of,
 )
 from bimvox.motion.swept import LoadFrame, samples_are_free
-from bimvox.motion.swing import STEP_S, Hanging, Pendulum, RiggedCrane, hanging_on, sways_free
+from bimvox.motion.swing import (
+    STEP_S,
+    Hanging,
+    Pendulum,
+    RiggedCrane,
+    half_period_s,
+    hanging_on,
+    pendulum_length_m,
+    sways_free,
+)
 from bimvox.motion.trajectories import trajectory_of
 from bimvox.records.motion import Trajectory
 from bimvox.site.collision import CollisionSpace

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from bimvox.env.actions import MOVES
 from bimvox.grid.bricks import distinct
 from bimvox.planning.assembly import Assembly
-from bimvox.planning.propose import Propose, ProposedGreedily
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
-from bimvox.planning.stage import Obstacle, Stage, turning_stage
+from bimvox.planning.stage import Obstacle, Propose, ProposedGreedily, Stage, turning_stage
 from bimvox.records.lift import Lift, Method, Status, YardPlace
 from bimvox.site.collision import CollisionSpace, smaller_clearances
 from bimvox.site.component import IntVec

@@ -16,9 +16,8 @@ from bimvox.planning.assembly import Assembly
 from bimvox.planning.insertion import Insertion
 from bimvox.planning.one_lift import planned_by, policies_of, unplanned_lift
 from bimvox.planning.preparation import Preparation
-from bimvox.planning.propose import Propose
 from bimvox.planning.rounds import Refusals
-from bimvox.planning.stage import Obstacle
+from bimvox.planning.stage import Obstacle, Propose
 from bimvox.progress import Report
 from bimvox.records.lift import Lift, LiftPlan, Method, not_lifted
 from bimvox.site.means import Means

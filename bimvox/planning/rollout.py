@@ -31,8 +31,8 @@ from bimvox.env.guard import CALM, GUARDS, Guard, guarded_action, is_lost
 from bimvox.env.observation import VIEW_SIZE, look
 from bimvox.env.pool import ProblemPool, pool_of, pooled_clearance
 from bimvox.env.problem import LiftProblem, lift_problem
-from bimvox.planning.propose import Propose, ProposedGreedily, Transit
 from bimvox.planning.shorten_path import shortest_of_visited, straightened
+from bimvox.planning.stage import Propose, ProposedGreedily, Transit
 from bimvox.site.collision import CollisionSpace, placement_is_free
 from bimvox.site.component import IntVec
 

@@ -1,7 +1,8 @@
-"""A stage: what the planner knows when it plans a lift, or why the crane cannot do it or it cannot be planned."""
+"""A stage: what the planner knows when it plans a lift, the transit that it asks for, or why the crane cannot do it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import ceil, hypot
 
@@ -12,7 +13,6 @@ from bimvox.crane.load_chart import capacity_kg, wind_force_n
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.insertion import Insertion
-from bimvox.planning.propose import Transit
 from bimvox.records.lift import YardPlace
 from bimvox.site.checks import unloading_columns
 from bimvox.site.collision import CollisionSpace, margin_vox, placement_is_free, turning_space
@@ -21,6 +21,40 @@ from bimvox.site.default_rules import ALL_KEPT, Kept
 from bimvox.site.lifting import crane_for, hung_kg, permitted_for
 from bimvox.site.site import Site
 from bimvox.units import mass_text
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Transit:
+    """A transit to be found.
+
+    Attributes:
+        space: The collision rule at its stage.
+        start_vox: Reference cell of the transit start.
+        goal_vox: Reference cell of the gate.
+    """
+
+    space: CollisionSpace
+    start_vox: IntVec
+    goal_vox: IntVec
+
+
+Propose = Callable[[Transit], "NDArray[np.int32] | None"]
+"""Proposes a path: (N, 3) int32 from start to goal, or None if it did not arrive."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProposedGreedily:
+    """Proposes paths by greedy values, without a policy; a plan says so of each lift found by it.
+
+    Attributes:
+        ask: What proposes.
+    """
+
+    ask: Propose
+
+    def __call__(self, transit: Transit) -> NDArray[np.int32] | None:
+        """Return the path from start to goal, or None."""
+        return self.ask(transit)
 
 
 @dataclass(frozen=True, slots=True)

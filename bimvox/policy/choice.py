@@ -9,8 +9,8 @@ from typing import Any
 from bimvox.env.problem import LiftProblem
 from bimvox.errors import PolicyError
 from bimvox.planning.preparation import Preparation
-from bimvox.planning.propose import Propose
 from bimvox.planning.rollout import GREEDY, proposer
+from bimvox.planning.stage import Propose
 from bimvox.policy import store
 from bimvox.policy.config import DqnConfig, adapting
 from bimvox.policy.generalist.weights import generalist_record, load_generalist

@@ -26,9 +26,8 @@ from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.kept import kept
 from bimvox.proof.clearance import reach_vox
-from bimvox.proof.crane.jib import swept_by_jib
 from bimvox.proof.guided import cells_at_any_heading, guided_box_vox, turning_placements
-from bimvox.proof.hook import jib_cell, tallest_met
+from bimvox.proof.hook import jib_cell, swept_by_jib, tallest_met
 from bimvox.proof.space import Line, positions_of, whole_cells
 from bimvox.proof.swing import swung_placements
 from bimvox.records.lift import Lift, YardPlace

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bimvox.grid.bricks import distinct
 from bimvox.grid.frame import NO_CELLS
 from bimvox.planning.preparation import Preparation
-from bimvox.planning.propose import Propose
+from bimvox.planning.stage import Propose
 from bimvox.proof.footprint import Footprint, MotionFootprint, motion_footprint, path_footprint
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion, Trajectory

@@ -16,10 +16,18 @@ from numpy.typing import NDArray
 from ruckig import InputParameter, Ruckig, RuckigError
 from ruckig import Trajectory as RuckigTrajectory
 
-from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.crane.tower_crane import AxisLimits
 from bimvox.motion.swept import LoadFrame, samples_are_free, swaying_is_free
-from bimvox.motion.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, RiggedCrane, Swing, swing_of
+from bimvox.motion.swing import (
+    PLANNED_RESIDUAL_M,
+    STEP_S,
+    Pendulum,
+    RiggedCrane,
+    Swing,
+    half_period_s,
+    pendulum_length_m,
+    swing_of,
+)
 from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.site.collision import CollisionSpace
 from bimvox.stop.brake_axes import AxisBraking, AxisState, EmergencyStop, state_at, stop_at, to_rest

@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from named_cranes import default_crane
 
-from bimvox.crane.pendulum import GRAVITY_M_S2, half_period_s, pendulum_length_m
 from bimvox.crane.tower_crane import AxisLimits, CranePose
 from bimvox.crane.travel import point_to_point_s
 from bimvox.errors import PlanningError
@@ -19,7 +18,15 @@ from bimvox.motion.drive import drive_path
 from bimvox.motion.move import Line, Move
 from bimvox.motion.profile import LADDER
 from bimvox.motion.steady import SwingRules, steadied, swaying
-from bimvox.motion.swing import PLANNED_RESIDUAL_M, Pendulum, pendulum_of, swing_of
+from bimvox.motion.swing import (
+    GRAVITY_M_S2,
+    PLANNED_RESIDUAL_M,
+    Pendulum,
+    half_period_s,
+    pendulum_length_m,
+    pendulum_of,
+    swing_of,
+)
 from bimvox.motion.time_plan import time_plan
 from bimvox.motion.timeline import in_sequence, sampled
 from bimvox.planning.order_search import prepare

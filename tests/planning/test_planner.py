@@ -8,10 +8,9 @@ from bimvox.planning.assembly import Assembly
 from bimvox.planning.occupancy import target_cells
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.propose import ProposedGreedily
 from bimvox.planning.rollout import PLAN_LIMIT, proposer
 from bimvox.planning.search import shortest_path
-from bimvox.planning.stage import Stage
+from bimvox.planning.stage import ProposedGreedily, Stage
 from bimvox.policy.generalist.weights import load_generalist
 from bimvox.proof.moment import moments
 from bimvox.proof.plan import verify_plan

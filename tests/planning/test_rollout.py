@@ -11,7 +11,6 @@ from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
 from bimvox.env.guard import GUARDS
 from bimvox.env.observation import GOAL_SIZE, GOAL_START, VIEW_SIZE
 from bimvox.env.problem import LiftProblem, lift_problem
-from bimvox.planning.propose import ProposedGreedily, Transit
 from bimvox.planning.rollout import (
     ARRIVALS,
     GREEDY,
@@ -24,6 +23,7 @@ from bimvox.planning.rollout import (
     roll_out_all,
     roll_out_starts,
 )
+from bimvox.planning.stage import ProposedGreedily, Transit
 from bimvox.site.collision import placement_is_free
 
 SHARES = slice(GOAL_START + GOAL_SIZE - 4, GOAL_START + GOAL_SIZE - 1)

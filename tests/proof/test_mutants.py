@@ -415,7 +415,7 @@ MUTANTS: dict[str, Mutant] = {
     "gravity of the moon": Mutant(
         quick_to_start,
         "swing",
-        {f"bimvox.{where}.GRAVITY_M_S2": times(1.0 / 6.0) for where in ("motion.swing", "crane.pendulum")},
+        {"bimvox.motion.swing.GRAVITY_M_S2": times(1.0 / 6.0)},
     ),
     "swing ignored": Mutant(portal, "swing", {"bimvox.motion.swing.pendulum_of": always(None)}),
     "residual swing ten times": Mutant(

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from box_sites import test_crane
 
-from bimvox.crane.pendulum import half_period_s, pendulum_length_m
 from bimvox.motion.swept import LoadFrame
-from bimvox.motion.swing import Pendulum, RiggedCrane
+from bimvox.motion.swing import Pendulum, RiggedCrane, half_period_s, pendulum_length_m
 from bimvox.proof.crane.pendulum import swung_parts
 from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
 from bimvox.stop.brake_axes import AxisState, stop_from

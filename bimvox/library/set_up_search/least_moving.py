@@ -19,11 +19,11 @@ import shapely
 from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hoist_limits
-from bimvox.crane.pendulum import GRAVITY_M_S2
 from bimvox.crane.reach import distances_m, radii_for_m
 from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.crane.travel import Travel, rest_to_rest_s
 from bimvox.motion.steady import STRETCH
+from bimvox.motion.swing import GRAVITY_M_S2
 from bimvox.planning.occupancy import target_cells
 from bimvox.site.collision import margin_vox
 from bimvox.site.component import Component

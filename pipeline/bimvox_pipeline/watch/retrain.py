@@ -26,7 +26,7 @@ from bimvox.log.recorder import write_log
 from bimvox.motion.time_plan import KnownLegs, MotionMaking
 from bimvox.motion.trajectories import chained
 from bimvox.planning.preparation import Preparation
-from bimvox.planning.propose import Propose
+from bimvox.planning.stage import Propose
 from bimvox.policy.choice import PolicyInUse, retrained
 from bimvox.processes import end_with
 from bimvox.progress import SilentProgress

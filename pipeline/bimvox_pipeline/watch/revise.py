@@ -13,7 +13,7 @@ from bimvox.files import write_atomically
 from bimvox.log.bundle import SiteWriter
 from bimvox.log.recorder import write_log
 from bimvox.planning.preparation import Preparation
-from bimvox.planning.propose import Propose
+from bimvox.planning.stage import Propose
 from bimvox.records.lift import LiftPlan
 from bimvox.revision.current_plan import RetrainedPolicy, RevisionPart, RevisionRequest
 from bimvox.revision.revise import revise
