@@ -131,7 +131,7 @@ class CellMask:
         highest = [int(x.max()), int(y.max()), int(np.flatnonzero(heights)[-1])]
         return np.array([[int(x.min()), int(y.min()), 0], highest], np.int32)
 
-    def _reaches_jib(self, site: Site, crane: TowerCrane) -> bool:
+    def reaches_jib(self, site: Site, crane: TowerCrane) -> bool:
         """Return whether any cell is as high as a crane's jib."""
         if self.empty:
             return False

@@ -197,7 +197,7 @@ class _Verifier(Walk[Standing, _Driven, Mapping[str, Check]]):
         """Set the part of a lift, or leave it in the yard."""
         state.go_past(self.lifts[turn])
 
-    def _turn_of(self, task: _Driven) -> int:
+    def turn_of(self, task: _Driven) -> int:
         """Return the number of the lift."""
         return task.number
 
