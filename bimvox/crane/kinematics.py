@@ -31,13 +31,8 @@ Axes = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 def pose_of(crane: TowerCrane, hook_m: ArrayLike) -> Axes:
     """Return the axes that bring the hook to points of the site (inverse kinematics).
 
-    Args:
-        crane: The crane.
-        hook_m: (..., 3) points, metres.
-
-    Returns:
-        ``slew_rad`` in (-pi, pi], ``radius_m`` and ``height_m``, each of shape (...). On the slewing axis itself, the
-        slew angle is 0.
+    ``hook_m``: (..., 3) points, metres. Returns ``slew_rad`` in (-pi, pi], ``radius_m`` and ``height_m``, each of shape
+    (...). On the slewing axis itself, the slew angle is 0.
     """
     points = np.asarray(hook_m, dtype=np.float64)
     dx = points[..., 0] - crane.base_m[0]

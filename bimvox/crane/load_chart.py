@@ -61,12 +61,8 @@ def capacity_kg(chart: LoadChart, radius_m: ArrayLike) -> float | NDArray[np.flo
     tower crane is mass times radius, so capacity falls as 1 / r, and the hyperbola lies below the straight chord.
     Inside the first radius the first capacity applies; beyond the last radius it is 0.
 
-    Args:
-        chart: The chart.
-        radius_m: A radius, or an array of any shape.
-
-    Returns:
-        Capacity, kg, of the same shape; never above the piecewise-linear curve.
+    ``radius_m``: a radius, or an array of any shape. Returns capacity, kg, of the same shape; never above the
+    piecewise-linear curve.
     """
     at = np.asarray(chart.radius_m, dtype=np.float64)
     carries = np.asarray(chart.capacity_kg, dtype=np.float64)

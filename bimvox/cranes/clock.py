@@ -224,8 +224,7 @@ _NARROWEST_RAD = np.radians(0.05)
 def insist_on_room(site: Site, carried: Sequence[Carried]) -> None:
     """Raise an error if another crane obstructs lifts wherever it waits.
 
-    Raises:
-        NoFreeTimeError: With all such lifts.
+    Raises NoFreeTimeError: with all such lifts.
     """
     found = list(always_obstructed(site, carried).items())
     if found:

@@ -111,8 +111,7 @@ class LegMaker:
     def made(self, space: CollisionSpace, before: LastLift | None) -> Legs:
         """Return the legs, given the rule of the lift's stage and the crane's previous lift.
 
-        Raises:
-            HookError: If there are none although the crane has a previous lift.
+        Raises HookError: if there are none although the crane has a previous lift.
         """
         pick_vox = hook_on_at(self.component, self.place, space)
         lying = self.lying()

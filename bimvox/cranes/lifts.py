@@ -152,8 +152,7 @@ class _LegMaking(Walk[_Stand, _Sought, "Legs | MotionError"]):
     def all(self, carried: Sequence[Carried], store: Store, workers: Workers) -> dict[int, Legs]:
         """Return the legs by order of their lifts.
 
-        Raises:
-            MotionError: If the hook cannot get to a part; names the first such lift.
+        Raises MotionError: if the hook cannot get to a part; names the first such lift.
         """
         sought = [
             _Sought(one.lift.order, tuple(carried[m] for m in seen))

@@ -46,9 +46,8 @@ def time_lifts(
 ) -> tuple[LiftMotion, ...]:
     """Return the motion of every planned lift, in order, of a site with one crane or several; as ``time_plan``.
 
-    Raises:
-        InputError: If the site has no crane.
-        MotionError: If a path is not free or cannot be driven, or a crane always obstructs a lift; names the lift.
+    Raises InputError: if the site has no crane. Raises MotionError: if a path is not free or cannot be driven, or a
+    crane always obstructs a lift; names the lift.
     """
     if not plan.site.has_several_cranes:
         return time_plan(plan, preparation, store, workers)

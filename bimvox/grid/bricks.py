@@ -234,8 +234,7 @@ class Bricks:
     def of(cls, owners: NDArray[np.int32]) -> Bricks:
         """Return the bricks of a dense (X, Y, Z) int32 array of owners.
 
-        Raises:
-            ValueError: If an owner is below ``NO_OWNER``.
+        Raises ValueError: if an owner is below ``NO_OWNER``.
         """
         builder = BrickBuilder(owners.shape, int(owners.max(initial=NO_OWNER)) + 1)
         builder.enter((0, 0, 0), owners)
@@ -337,8 +336,7 @@ class BrickBuilder:
     def enter(self, low: tuple[int, int, int], owners: NDArray[np.int32]) -> None:
         """Enter a box that starts at the cell ``low``; each brick only once.
 
-        Raises:
-            ValueError: If an owner is not one of the parts, or the box does not consist of whole bricks.
+        Raises ValueError: if an owner is not one of the parts, or the box does not consist of whole bricks.
         """
         high = [start + size for start, size in zip(low, owners.shape, strict=True)]
         for start, stop, size in zip(low, high, self._shape, strict=True):

@@ -135,8 +135,7 @@ def _check_directory_size(stream: BinaryIO, size: int, name: str) -> None:
 def zstd_content_size(chunk: bytes) -> int:
     """Return the decompressed size of a Zstandard chunk in bytes, from its header (RFC 8878).
 
-    Raises:
-        ValueError: If it is not exactly one complete frame that states its size.
+    Raises ValueError: if it is not exactly one complete frame that states its size.
     """
     if len(chunk) < 6 or chunk[:4] != _ZSTD_MAGIC:
         raise ValueError("not a Zstandard frame")
@@ -276,8 +275,7 @@ def encode_chunk(key: str, shape: tuple[int, ...], values: NDArray[Any]) -> byte
 def decode_chunk(archive: Archive, member: str, shape: tuple[int, ...], name: str) -> NDArray[Any]:
     """Return a stored chunk in its full size.
 
-    Raises:
-        GridFileError: If it is damaged, or its declared size, checked before decompression, is not the chunk's.
+    Raises GridFileError: if it is damaged, or its declared size, checked before decompression, is not the chunk's.
     """
     rule = ARRAYS[member.split("/", 1)[0]]
     chunk = chunk_shape(rule, shape)
@@ -300,8 +298,7 @@ def decode_chunk(archive: Archive, member: str, shape: tuple[int, ...], name: st
 def read_json(archive: Archive, key: str, name: str) -> dict[str, Any]:
     """Return one metadata document of the store.
 
-    Raises:
-        GridFileError: If it is missing, far too long, or not a JSON object.
+    Raises GridFileError: if it is missing, far too long, or not a JSON object.
     """
     if key not in archive:
         raise GridFileError(name, f"{key}: missing")
@@ -319,8 +316,7 @@ def read_json(archive: Archive, key: str, name: str) -> dict[str, Any]:
 def check_arrays(archive: Archive, name: str, cell_limit: int) -> dict[str, tuple[int, ...]]:
     """Return the arrays' shapes, after a check of their declared types, shapes and chunks; allocates nothing.
 
-    Raises:
-        GridFileError: If one is wrong; it names the key.
+    Raises GridFileError: if one is wrong; it names the key.
     """
     shapes = {key: _check_array(archive, key, name) for key in ARRAYS}
     cells = math.prod(shapes["labels"])

@@ -86,11 +86,8 @@ def top_of_columns(occupied: NDArray[np.bool_]) -> NDArray[np.int32]:
 def boxes_of(cells: NDArray[np.bool_]) -> NDArray[np.int32]:
     """Return disjoint boxes that cover a shape; greedy: each grows from the first free cell along z, then x, then y.
 
-    Args:
-        cells: (X, Y, Z) boolean shape.
-
-    Returns:
-        (B, 6) int32 half-open boxes ``x0 y0 z0 x1 y1 z1`` whose union is the shape and which do not overlap.
+    ``cells``: (X, Y, Z) boolean shape. Returns (B, 6) int32 half-open boxes ``x0 y0 z0 x1 y1 z1`` whose union is the
+    shape and which do not overlap.
     """
     nx, ny, nz = cells.shape
     left, count = np.empty(cells.shape, np.bool_), 0

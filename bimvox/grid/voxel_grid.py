@@ -122,8 +122,7 @@ class VoxelGrid:
         The arrays are dense: 5 bytes a cell. The variables ``part_id``, ``part_name`` ... over ``part`` are the table
         that ``owners`` points into. All values are plain, so that ``to_netcdf`` and ``to_zarr`` can write them.
 
-        Raises:
-            MissingPackageError: If xarray is not installed.
+        Raises MissingPackageError: if xarray is not installed.
         """
         from bimvox.grid.layout import ARRAYS, AXES
 
@@ -169,8 +168,7 @@ def _expand(boxes: NDArray[np.int32], shape: tuple[int, int, int], out: NDArray[
 def part_boxes(grid: VoxelGrid, index: int) -> NDArray[np.int32]:
     """Return the disjoint boxes of the cells that one part meets: (B, 6) int32.
 
-    Raises:
-        IndexError: If the part does not exist.
+    Raises IndexError: if the part does not exist.
     """
     if not 0 <= index < len(grid.parts):
         raise IndexError(f"part {index} of a grid with {len(grid.parts)} parts")

@@ -115,8 +115,7 @@ def commands(motion: LiftMotion, period_s: float) -> Commands:
 
     The last one, at its end, has zero rates.
 
-    Raises:
-        InputError: If the period is not positive.
+    Raises InputError: if the period is not positive.
     """
     if not period_s > 0.0:
         raise InputError(f"a command period of {period_s:g} s", hint="give a positive time")

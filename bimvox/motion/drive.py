@@ -179,11 +179,7 @@ def drive_free(
     The hook goes over the top if that is free, otherwise along a path found by search. An end may be aside of a whole
     cell on plan (``in_cell``): the path begins and ends in that cell.
 
-    Returns:
-        The motion, and the height that the hook has to reach.
-
-    Raises:
-        PlanningError: If there is no free route.
+    Returns the motion, and the height that the hook has to reach. Raises PlanningError: if there is no free route.
     """
     routes = over_the_top(rigged, space, start_vox, end_vox, slew_rad)
     if not routes:

@@ -146,9 +146,8 @@ def capacity_used(site: Site, motion: LiftMotion) -> float:
 def driven_rates(motions: Sequence[LiftMotion]) -> dict[str, float] | None:
     """Return the highest rates at which a crane is driven, from one sample to the next; None without motions.
 
-    Returns:
-        ``slewing_rad_s``, and of the hook ``radius_m_s``, ``loaded_m_s`` and ``empty_m_s`` upwards or downwards, with
-        and without a load.
+    Returns ``slewing_rad_s``, and of the hook ``radius_m_s``, ``loaded_m_s`` and ``empty_m_s`` upwards or downwards,
+    with and without a load.
     """
     if not motions:
         return None

@@ -219,8 +219,7 @@ class Move:
 def axes_along(crane: TowerCrane, move: Move, share: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the axes at (N,) shares of a move, 0 at its start and 1 at its end; for an arc the share of the angle.
 
-    Returns:
-        (N, 3) float64 slew (rad, unwrapped), radius (m), height (m).
+    Returns (N, 3) float64 slew (rad, unwrapped), radius (m), height (m).
     """
     axes = np.empty((len(share), AXES))
     x_m, y_m, _ = crane.base_m

@@ -101,8 +101,7 @@ def _add_shares(
 def profile_of(limits: AxisLimits) -> Profile:
     """Return the fastest profile of the share from 0 to 1 under limits on the share.
 
-    Raises:
-        PlanningError: If ruckig finds none (limits that are not positive).
+    Raises PlanningError: if ruckig finds none (limits that are not positive).
     """
     if not min(limits.rate, limits.acceleration, limits.jerk) > 0.0:
         raise PlanningError(

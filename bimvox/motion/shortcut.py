@@ -338,8 +338,7 @@ def over_the_top(
     none of these is free, around what is in the way (``around``), at the height of several at which it is quickest,
     both by turns and cut short.
 
-    Returns:
-        Mostly one route; none if there is none of this form.
+    Returns mostly one route; none if there is none of this form.
     """
     crane, load = rigged.crane, rigged.load
     start_axes, end_axes = axes_of_cells(load, start_vox), axes_of_cells(load, end_vox)
@@ -456,9 +455,8 @@ def _poses_of_path(load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float
 def check_path(rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray[np.int32]) -> None:
     """Refuse a path that the crane cannot follow.
 
-    Raises:
-        PlanningError: If a placement is not free, two neighbours are not one unit move apart, or the hook would be
-            above the jib's rope exit.
+    Raises PlanningError: if a placement is not free, two neighbours are not one unit move apart, or the hook would be
+    above the jib's rope exit.
     """
     steps = np.abs(np.diff(path_vox.astype(np.int64), axis=0)).sum(axis=1)
     if (steps != 1).any():

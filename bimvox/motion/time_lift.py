@@ -241,8 +241,7 @@ def empty_hook_move(
 
     Above a part's centre of mass, an end is aside of a whole cell.
 
-    Raises:
-        PlanningError: If there is no free route.
+    Raises PlanningError: if there is no free route.
     """
     return sampled(*drive_free(empty, rule, start_vox, end_vox, slew_rad), empty)
 

@@ -227,13 +227,8 @@ class Assembly:
 
         What is in the way at or above its place in the yard no longer counts.
 
-        Args:
-            index: The component.
-            last_vox: (N, 3) its last moves so far.
-            kept: As for ``begin``.
-
-        Returns:
-            The stage, and what blocks the last moves, or None. If they are blocked, the stage keeps the given ones.
+        ``last_vox``: (N, 3) its last moves so far. Returns the stage, and what blocks the last moves, or None. If they
+        are blocked, the stage keeps the given ones.
         """
         component, place = self._site.components[index], self._preparation.places[index]
         self.skip(index)

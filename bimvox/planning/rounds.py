@@ -143,8 +143,7 @@ def _halves(group: Sequence[str]) -> list[Sequence[str]]:
 def refusals(proof: Verification) -> dict[str, str]:
     """Return the lifts that fail a proof, each with the failed check.
 
-    Raises:
-        VerificationError: If the proof failed without naming a lift.
+    Raises VerificationError: if the proof failed without naming a lift.
     """
     reasons: dict[str, str] = {}
     for check in proof.checks:

@@ -16,11 +16,7 @@ _MOST_CORNERS = 4
 def shortest_of_visited(path_vox: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return a shortest path between the ends of a path that uses only the cells that it visited.
 
-    Args:
-        path_vox: (N, 3) int32, unit moves.
-
-    Returns:
-        (M, 3) int32, M <= N, unit moves, the same ends.
+    ``path_vox``: (N, 3) int32, unit moves. Returns (M, 3) int32, M <= N, unit moves, the same ends.
     """
     low = path_vox.min(axis=0).astype(np.int64) - 1
     ny, nz = (path_vox.max(axis=0) - low + 2)[1:].tolist()
@@ -73,12 +69,8 @@ def straightened(space: CollisionSpace, path_vox: NDArray[np.int32]) -> NDArray[
     is used if it is shorter than the path, or as long with more corners than three legs have. Repeated until nothing
     is cut.
 
-    Args:
-        space: The collision rule.
-        path_vox: (N, 3) int32, unit moves over free placements.
-
-    Returns:
-        (M, 3) int32, M <= N, unit moves over free placements, the same ends.
+    ``path_vox``: (N, 3) int32, unit moves over free placements. Returns (M, 3) int32, M <= N, unit moves over free
+    placements, the same ends.
     """
     count = path_vox.shape[0]
     path, kept = np.empty((count, 3), np.int64), np.empty((count, 3), np.int64)
@@ -167,12 +159,7 @@ def _three_legs(
 def with_room(space: CollisionSpace, path_vox: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return a straightened path between the same ends, wherever it can a cell away from what is at its sides.
 
-    Args:
-        space: The collision rule.
-        path_vox: (N, 3) int32, unit moves over free placements.
-
-    Returns:
-        (M, 3) int32, unit moves over free placements.
+    ``path_vox``: (N, 3) int32, unit moves over free placements. Returns (M, 3) int32, unit moves over free placements.
     """
     wide = widened(space)
     if not which_free(wide, path_vox).all():

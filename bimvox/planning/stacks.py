@@ -279,8 +279,7 @@ class Racks:
     def add(self, component: Component, place: Rectangle, side: int) -> Rectangle:
         """Add a wall that has got its place: behind the rack there, or as the first of a new one.
 
-        Returns:
-            What the rack takes now.
+        Returns what the rack takes now.
         """
         offered = self._offered.get(place)
         self._offered.clear()

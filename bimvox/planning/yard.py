@@ -160,8 +160,7 @@ _GAP_VOX = 1
 def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple[YardPlace | None, ...]:
     """Return the place of every component in the yard, for an order; without travel times the first free place.
 
-    Returns:
-        Per component (by index) its place; None if it does not fit into the empty yard, turned or not.
+    Returns per component (by index) its place; None if it does not fit into the empty yard, turned or not.
     """
     empty = _open_yard(site)
     lifted = (index for index in order if site.components[index].means is Means.CRANE)

@@ -262,8 +262,7 @@ class LiftMotion:
     def ways_ns(self, name: PhaseName) -> tuple[tuple[int, int, int | None], ...]:
         """Return the start and end of each empty hook move with a phase name.
 
-        Returns:
-            For each: start, end (of its stop if it is stopped), and when it is stopped; None if it is not.
+        Returns for each: start, end (of its stop if it is stopped), and when it is stopped; None if it is not.
         """
         found = []
         for n, phase in enumerate(self.phases):
@@ -278,9 +277,8 @@ class LiftMotion:
     def samples(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return the whole lift as one series.
 
-        Returns:
-            (N,) int64 times on the site's clock, ns, ascending, from ``start_ns`` to ``end_ns``, and (N, 3) float64
-            slew (rad), radius (m) and height (m). While the hook is still there are only the two ends.
+        Returns (N,) int64 times on the site's clock, ns, ascending, from ``start_ns`` to ``end_ns``, and (N, 3) float64
+        slew (rad), radius (m) and height (m). While the hook is still there are only the two ends.
         """
         times = [part.time_ns for part in self.trajectories]
         axes = [part.axes for part in self.trajectories]

@@ -49,11 +49,8 @@ class AxisState:
 def state_at(motion: LiftMotion, time_ns: int) -> tuple[int, AxisState]:
     """Return the state of the axes at the first sample from a time on at which it is known exactly.
 
-    Returns:
-        The time of that sample on the site's clock, and the state there.
-
-    Raises:
-        InputError: If the lift is not under way then.
+    Returns the time of that sample on the site's clock, and the state there. Raises InputError: if the lift is not
+    under way then.
     """
     if not motion.start_ns <= time_ns <= motion.end_ns:
         raise InputError(
@@ -311,8 +308,7 @@ def stop_at(rigged: RiggedCrane, motion: LiftMotion, time_ns: int) -> EmergencyS
     first sample after the command at which the state is known exactly (the samples before it lie on one piece of
     constant jerk), within two seconds.
 
-    Raises:
-        InputError: If the lift is not under way then.
+    Raises InputError: if the lift is not under way then.
     """
     at_ns, state = state_at(motion, time_ns)
     return stop_from(rigged, state, at_ns)

@@ -82,9 +82,8 @@ def lattice_triangles(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return triangles in lattice coordinates (cells), (F, 3, 3) float64, and the (2, 3) box around them.
 
-    Raises:
-        InputError: If there are no triangles, the cell size is not a positive number, or a coordinate is not finite or
-            more than 2^28 cells from the origin.
+    Raises InputError: if there are no triangles, the cell size is not a positive number, or a coordinate is not finite
+    or more than 2^28 cells from the origin.
     """
     if len(faces) == 0:
         raise InputError("a mesh without triangles cannot be voxelized", hint="select elements with a body")
@@ -149,8 +148,7 @@ def default_voxel_size_m(bounds_m: ArrayLike, cell_limit: int = DEFAULT_CELL_LIM
 def require_fit(low: ArrayLike, high: ArrayLike, voxel_size_m: float, cell_limit: int) -> None:
     """Check the half-open cell box [low, high) against the limit before anything is allocated.
 
-    Raises:
-        GridTooLargeError: If it has more cells; the error names a cell size that fits.
+    Raises GridTooLargeError: if it has more cells; the error names a cell size that fits.
     """
     low_vox, high_vox = np.asarray(low), np.asarray(high)
     a, b, c = (int(n) for n in high_vox - low_vox)

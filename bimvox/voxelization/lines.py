@@ -233,8 +233,7 @@ def heights_of(
 
     Heights stay within the triangle, however steep it is, and within the grid, where parts are clipped.
 
-    Returns:
-        The lowest, the highest, and their sum.
+    Returns the lowest, the highest, and their sum.
     """
     low = min(max(plane[5], 0.0), float(top)) * UNIT
     high = min(max(plane[6], 0.0), float(top)) * UNIT

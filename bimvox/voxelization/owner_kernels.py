@@ -347,9 +347,8 @@ def enter_batch(
 ) -> tuple[int, int, int, int]:
     """Enter the parts ``part`` to ``queue.stop``, the first of them from ``stack`` on; see ``enter``.
 
-    Returns:
-        The part and the stack to continue with when there is more room (``queue.stop`` if done), the bricks used and
-        the rows used.
+    Returns the part and the stack to continue with when there is more room (``queue.stop`` if done), the bricks used
+    and the rows used.
     """
     low, lows, batch = queue.low, queue.lows, queue.batch
     shapes, starts = batch.shapes, batch.column_starts
@@ -386,8 +385,7 @@ def settle(
 
     ``words`` and ``out_words`` are the same memory as ``cells`` and ``out``, or empty if their types differ.
 
-    Returns:
-        The number of bricks in ``out``.
+    Returns the number of bricks in ``out``.
     """
     used = 0
     per_brick = words.size // max(cells.size // BRICK**3, 1)

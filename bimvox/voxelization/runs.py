@@ -85,8 +85,7 @@ def _cells_of(columns: NDArray[np.int32], runs: NDArray[np.int32], column: int) 
 def write_runs(filled: FilledCells, low: NDArray[np.int64], high: NDArray[np.int64], column: int, room: Runs) -> int:
     """Write the runs of the box [low, high) from ``column`` on while there is room; see ``runs_of``.
 
-    Returns:
-        The first column that is not written.
+    Returns the first column that is not written.
     """
     met, inside, border = filled.cells.met, filled.cells.inside, filled.cells.border
     starts, shares = filled.starts, filled.shares
@@ -177,9 +176,8 @@ def runs_of(
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.uint16], int]:
     """Return the runs of the half-open box [low, high) of a part's cells.
 
-    Returns:
-        (columns, 2) int32 first run of each column, and one past its last; (R, 3) int32 runs; (S,) uint16 shares; the
-        number of cells.
+    Returns (columns, 2) int32 first run of each column, and one past its last; (R, 3) int32 runs; (S,) uint16 shares;
+    the number of cells.
     """
     columns = np.empty((max(high[0] - low[0], 0) * max(high[1] - low[1], 0), 2), np.int32)
     height = high[2] - low[2]

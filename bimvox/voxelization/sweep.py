@@ -252,8 +252,7 @@ def fill_column(
 ) -> int:
     """Turn changes into bits of ``inside`` and shares from ``at`` on; the changes are zero again afterwards.
 
-    Returns:
-        One past the last share.
+    Returns one past the last share.
     """
     met, inside, top = cells.met, cells.inside, cells.height
     change, touched = changes
@@ -324,8 +323,7 @@ def sweep_columns(
 ) -> int:
     """Sweep the columns of a slab from ``column`` on.
 
-    Returns:
-        The first column with too many records for the scratch; the number of columns if all are done.
+    Returns the first column with too many records for the scratch; the number of columns if all are done.
     """
     met, inside, top = cells.met, cells.inside, cells.height
     planes, samples, sources, plain = faces.planes, slab.samples, slab.sources, slab.plain

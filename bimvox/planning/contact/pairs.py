@@ -153,9 +153,8 @@ class Contacts:
     def way_out_m(self, moving: int, fixed: int) -> NDArray[np.float64] | None:
         """Return the move that separates two solids that overlap in the model.
 
-        Returns:
-            (3,) metres, zeros if they do not overlap; None if no move of at most 2 m separates them, so that the pair
-            cannot be tested.
+        Returns (3,) metres, zeros if they do not overlap; None if no move of at most 2 m separates them, so that the
+        pair cannot be tested.
         """
         if (moving, fixed) in self._ways_out_m:
             return self._ways_out_m[moving, fixed]

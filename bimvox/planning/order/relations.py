@@ -67,8 +67,7 @@ class Precedence:
 def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], None] | None = None) -> Precedence:
     """Return the precedence relations of a site.
 
-    Raises:
-        InputError: If a ``before`` or ``after`` names a component that does not exist.
+    Raises InputError: if a ``before`` or ``after`` names a component that does not exist.
     """
     count = len(site.components)
     boxes = contacts.bounds_m
@@ -379,8 +378,7 @@ class OrderGraph:
 def order_graph(site: Site, relations: Precedence, contacts: Contacts) -> OrderGraph:
     """Return the precedence graph of a site; made once for it.
 
-    Raises:
-        SequenceError: If no order satisfies the site file's ``before`` and ``after``; names the cycle.
+    Raises SequenceError: if no order satisfies the site file's ``before`` and ``after``; names the cycle.
     """
     count = len(site.components)
     firm: Edges = [set() for _ in range(count)]
