@@ -340,7 +340,7 @@ MUTANTS: dict[str, Mutant] = {
     "a load guided as fast as the crane goes": Mutant(
         slab_between_beams,
         "timeline",
-        {"bimvox.motion.timeline.no_shorter": lambda true: lambda limits, least_s: limits},
+        {"bimvox.motion.timeline._no_shorter": lambda true: lambda limits, least_s: limits},
     ),
     "an obstruction forgotten": Mutant(
         behind_a_screen,
@@ -382,7 +382,7 @@ MUTANTS: dict[str, Mutant] = {
         past_a_mast, "rope_margin", {"bimvox.planning.occupancy.rope_margin_vox": always(0)}
     ),
     "support the other way round": Mutant(
-        portal, "support", {"bimvox.planning.preparation.precedence": returning(upside_down)}
+        portal, "support", {"bimvox.planning.order_search.precedence": returning(upside_down)}
     ),
     "wanted order dropped": Mutant(
         in_a_wanted_order,
