@@ -5,7 +5,6 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from bimvox.site.yard_rules import YardRules
 from box_sites import box_site
 from box_sites import test_crane as crane_of
 from hypothesis import given
