@@ -21,7 +21,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.bim.connected import connected_labels
 from bimvox.bim.mesh.repair import connected_labels
 from bimvox.planning.contact.erosion import eroded_triangles_m, pair_depths_m
 from bimvox.planning.contact.sweep import blocked_steps
