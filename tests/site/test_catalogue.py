@@ -7,10 +7,12 @@ from importlib import resources
 
 import numpy as np
 import pytest
+from named_cranes import BUILT_IN
 
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.machine import Machine
-from bimvox.site.catalogue import catalogue, machine_called, machines_of
+from bimvox.errors import InputError
+from bimvox.site.catalogue import KINDS, catalogue, machine_called, machines_called, machines_of
 
 FILES = {
     file.name: file.read_text(encoding="utf-8")
@@ -108,3 +110,18 @@ def test_names_of_earlier_versions_are_the_same_machines():
         "luffing-40": (8000.0, 2850.0, pytest.approx(39.0877, abs=1e-4)),
         "mobile-60t": (14_000.0, 1300.0, pytest.approx(31.4271, abs=1e-4)),
     }
+
+
+def test_machines_are_found_by_kind_and_by_name():
+    assert [crane.name for crane in machines_called("mobile")] == ["mobile-60t", "mobile-100t"]
+    for crane in BUILT_IN:
+        assert [machine.name for machine in machines_called(crane.name)] == [crane.name]
+        assert crane.kind in KINDS
+        assert crane.name in [machine.name for machine in machines_called(crane.kind)]
+    assert len({crane.name for crane in BUILT_IN}) == len(BUILT_IN)
+
+
+def test_an_unknown_name_is_refused_with_the_one_that_was_meant():
+    with pytest.raises(InputError, match=r"did you mean .luffing-40.") as caught:
+        machines_called("lufing-40")
+    assert "mobile-100t" in str(caught.value.hint)

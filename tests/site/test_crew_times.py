@@ -5,10 +5,13 @@ from __future__ import annotations
 import dataclasses
 
 import pytest
+from box_buildings import box_element
 from box_sites import box_site, test_crane
 
+from bimvox.bim.kinds.kind import Kind
 from bimvox.errors import ConfigError
 from bimvox.site.build import with_digests
+from bimvox.site.casting import FIELD_BUILDING, built_and_wait_s
 from bimvox.site.config.file import parse_site_config
 from bimvox.site.config.rules import RulesConfig
 from bimvox.site.crew_times import FIELD_TIMES, CrewTimes, crew_times
@@ -81,3 +84,21 @@ def test_the_class_of_a_part_is_part_of_the_sites_digest_but_not_of_the_policys(
 
 def test_the_defaults_of_the_file_are_those_of_the_rules() -> None:
     assert RulesConfig().rules() == Rules()
+
+
+WALL = box_element("wall", (0, 0, 0), (5.0, 0.2, 3.0)).mesh
+SIDE_M2 = 5.0 * 3.0 + 5.0 * 0.2 + 3.0 * 0.2
+
+
+@pytest.mark.parametrize(
+    ("kind", "person_hours"),
+    [
+        (Kind.MASONRY, 4.0 * 3.0),
+        (Kind.EARTH, 0.5 * 3.0),
+        (Kind.LIGHT, 1.0 * SIDE_M2),
+        (Kind.GLAZING, 1.5 * SIDE_M2),
+        (Kind.TIMBER, 6.0 * 3.0),
+    ],
+)
+def test_by_volume_or_by_side(kind: Kind, person_hours: float) -> None:
+    assert built_and_wait_s(FIELD_BUILDING, kind, WALL) == pytest.approx((person_hours * 3600.0 / 4.0, 24.0 * 3600.0))

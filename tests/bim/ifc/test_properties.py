@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from bimvox.bim.ifc.properties import Properties
+from bimvox.bim.building import Casting
+from bimvox.bim.ifc.properties import Properties, stated_casting
 from bimvox.bim.ifc.units import georeference_of
 
 from ..conftest import IfcMaker
@@ -77,3 +78,19 @@ def test_georeference_is_plain_metres_radians_and_degrees() -> None:
         "longitude_deg": -5.5,
         "elevation_m": 2.5,
     }
+
+
+@pytest.mark.parametrize(
+    ("sets", "casting"),
+    [
+        ({"Pset_ConcreteElementGeneral": {"CastingMethod": "INSITU"}}, Casting.IN_SITU),
+        ({"Pset_ConcreteElementGeneral": {"CastingMethod": "PRECAST"}}, Casting.PRECAST),
+        ({"Pset_ConcreteElementGeneral": {"CastingMethod": "MIXED"}}, None),
+        ({"Pset_ConcreteElementGeneral": {"ConstructionMethod": "In-Situ"}}, Casting.IN_SITU),
+        ({"Tekla Common": {"Cast_unit type": "CAST IN PLACE"}}, Casting.IN_SITU),
+        ({"Pset_PrecastConcreteElementFabrication": {}}, Casting.PRECAST),
+        ({"Pset_SlabCommon": {"Reference": "cast in place"}}, None),
+    ],
+)
+def test_properties_that_state_it(sets: dict[str, dict[str, str]], casting: Casting | None) -> None:
+    assert stated_casting(sets) is casting

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bimvox.bim.building import TriangleMesh
-from bimvox.bim.mesh.bodies import bodies_of
-from bimvox.bim.mesh.repair import weld
+from bimvox.bim.mesh.bodies import bodies_of, touching_groups
+from bimvox.bim.mesh.repair import connected_labels, weld
 
 
 def lump(*meshes: trimesh.Trimesh) -> TriangleMesh:
@@ -83,3 +83,13 @@ def test_loose_triangles_that_touch_are_one_body() -> None:
     vertices = np.concatenate([triangles, far]).reshape(-1, 3)
     bodies = bodies_of(TriangleMesh(vertices, np.arange(72, dtype=np.int32).reshape(-1, 3)))
     assert [len(body.faces) for body in bodies] == [12, 12]
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 40))
+@settings(max_examples=50, deadline=None)
+def test_groups_are_those_of_all_pairs_of_boxes(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    low = rng.integers(0, 12, (count, 3)).astype(np.float64)
+    high = low + rng.integers(0, 4, (count, 3))
+    touch = ((low[:, None] <= high[None]) & (high[:, None] >= low[None])).all(axis=2)
+    assert touching_groups(low, high).tolist() == connected_labels(count, *np.nonzero(touch)).tolist()
