@@ -48,8 +48,8 @@ class DefaultKernel:
         import ifcopenshell.geom
         import numpy as np
 
+        from bimvox.bim.ifc.answer import PlacedShape, clean_shape
         from bimvox.bim.ifc.geometry import Meshed
-        from bimvox.bim.ifc.shape import PlacedShape, clean_shape
         from bimvox.bim.ifc.worker import geometry_settings
 
         file, settings = ifcopenshell.open(self._path), geometry_settings()

@@ -16,8 +16,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from bimvox.bim.ifc.answer import OUT_OF_TIME, Selected
-from bimvox.bim.ifc.shape import PlacedShape
+from bimvox.bim.ifc.answer import OUT_OF_TIME, PlacedShape, Selected
 from bimvox.errors import IfcError, SelectionError, shown
 from bimvox.processes import CAN_FORK, python_module, start_connected, worker_environment
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import BUILT, Building, Role, SkippedProduct, Source, TriangleMesh, part_name
+from bimvox.bim.ifc.answer import PlacedShape, shape_groups
 from bimvox.bim.ifc.assembly import Extent, MeshedProduct
 from bimvox.bim.ifc.class_roles import TOO_SMALL, by_default, reason_not_solid, reason_too_small, role_of_class
 from bimvox.bim.ifc.elements import ElementBuilder, ProductCorrections
@@ -19,7 +20,6 @@ from bimvox.bim.ifc.geometry import GeometryPool
 from bimvox.bim.ifc.open import OpenedIfc, open_ifc
 from bimvox.bim.ifc.properties import Properties
 from bimvox.bim.ifc.relations import stated_terrain_m, storeys_of
-from bimvox.bim.ifc.shape import PlacedShape, shape_groups
 from bimvox.bim.ifc.text import label
 from bimvox.bim.ifc.units import georeference_of
 from bimvox.bim.options import ReadOptions

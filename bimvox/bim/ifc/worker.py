@@ -16,9 +16,8 @@ import ifcopenshell.geom
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.ifc.answer import READY, Answer, Selected, answer_requests
+from bimvox.bim.ifc.answer import READY, Answer, Selected, answer_requests, clean_shape
 from bimvox.bim.ifc.open import parse_text
-from bimvox.bim.ifc.shape import clean_shape
 from bimvox.bim.ifc.step_file import step_bytes
 from bimvox.bim.ifc.text import parser_text
 from bimvox.errors import SelectionError

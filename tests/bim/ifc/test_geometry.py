@@ -21,7 +21,7 @@ _SERVER = f"""
 import os, signal, sys, time
 import numpy as np
 from multiprocessing.connection import Connection
-from bimvox.bim.ifc.shape import clean_shape
+from bimvox.bim.ifc.answer import clean_shape
 from bimvox.bim.ifc.forks import serve
 
 def mesh(step_ids, library):

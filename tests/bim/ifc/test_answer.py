@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.bim.ifc.answer import PlacedShape, Shape, clean_shape, shape_groups
 from bimvox.bim.ifc.geometry import GeometryPool
-from bimvox.bim.ifc.shape import PlacedShape, Shape, clean_shape, shape_groups
 from bimvox.bim.mesh.repair import Solid
 
 from ..conftest import IfcMaker
