@@ -106,9 +106,7 @@ def build_site(
     if cranes:
         check_samples(config, components)
     columns = (shape[0], shape[1])
-    construction = columns_centred_in([config.areas.construction] if config.areas.construction else [], frame, columns)
-    yard, access = ground_of(config.areas, frame, columns)
-    yard &= ~construction
+    construction, yard, access = _areas(config, frame, columns)
     terrain = terrain_of(element for element, _ in model.parts)
     if not terrain and any(element.role is Role.GROUND for element, _ in model.parts):
         notes.append(NOT_ITS_TERRAIN)
@@ -123,35 +121,55 @@ def build_site(
     check_access(config)
     check_yard(config, yard, [one for one in components if one.means is Means.CRANE], tops, shape)
     blockers = (_ground(tops, shape), *structure, *masts)
-    elements = {element.id: element for element, _ in model.parts}
-    gear = gear_by_crane(config, len(cranes))
-
-    def on_its_slings(one: Component) -> Component:
-        crane, own = (cranes[one.crane], gear[one.crane]) if cranes else (None, None)
-        own = own if one.means is Means.CRANE else None
-        return hung(one, elements[one.id], crane, rules.sling_angle_rad, frame, own)
-
-    lifted = list(map(on_its_slings, assigned(config, components, cranes, yard, frame, rules, on_its_slings)))
+    lifted = _on_their_slings(config, model, components, cranes, yard)
     prohibited, no_load = (columns_without(kinds, config.zone, frame, columns) for kinds in (NO_HOOK, NO_LOAD))
     site = Site(
         name=config.name or "site",
         frame=frame,
         labels=_labels(_slab(yard, construction), shape, blockers),
         blockers=blockers,
-        components=tuple(lifted),
+        components=lifted,
         cranes=tuple(cranes),
         rules=rules,
         yard=_frozen(yard),
         site_to_ifc=np.eye(4) if model.site_to_ifc is None else model.site_to_ifc,
-        prohibited=None if prohibited is None else _frozen(prohibited),
-        no_load=None if no_load is None else _frozen(no_load),
+        prohibited=_frozen_or_none(prohibited),
+        no_load=_frozen_or_none(no_load),
         hook_heights=hook_heights(config.zone, frame, columns),
-        natural_ground_m=None if natural_m is None else _frozen(natural_m),
-        access=None if access is None else _frozen(access),
+        natural_ground_m=_frozen_or_none(natural_m),
+        access=_frozen_or_none(access),
         source=dict(model.source),
         notes=tuple(notes),
     )
     return with_obstructions(_with_fixed_digests(site), obstructions, rasterise)
+
+
+def _areas(
+    config: SiteConfig, frame: GridFrame, columns: tuple[int, int]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_] | None]:
+    """Return the (X, Y) columns of the construction area, of the yard outside it, and of the access of trucks."""
+    construction = columns_centred_in([config.areas.construction] if config.areas.construction else [], frame, columns)
+    yard, access = ground_of(config.areas, frame, columns)
+    return construction, yard & ~construction, access
+
+
+def _on_their_slings(
+    config: SiteConfig,
+    model: PlacedModel,
+    components: Sequence[Component],
+    cranes: Sequence[TowerCrane],
+    yard: NDArray[np.bool_],
+) -> tuple[Component, ...]:
+    """Return the components with their cranes and what they hang on."""
+    elements = {element.id: element for element, _ in model.parts}
+    gear, rules = gear_by_crane(config, len(cranes)), config.rules_in_force
+
+    def on_its_slings(one: Component) -> Component:
+        crane, own = (cranes[one.crane], gear[one.crane]) if cranes else (None, None)
+        own = own if one.means is Means.CRANE else None
+        return hung(one, elements[one.id], crane, rules.sling_angle_rad, model.frame, own)
+
+    return tuple(map(on_its_slings, assigned(config, components, cranes, yard, model.frame, rules, on_its_slings)))
 
 
 def level_yard(yard: NDArray[np.bool_], tops: NDArray[np.int32]) -> NDArray[np.bool_]:
@@ -403,3 +421,7 @@ def _frozen(array: NDArray[np.generic]) -> NDArray:  # type: ignore[type-arg]
     frozen = array.copy() if array.flags.writeable else array
     frozen.flags.writeable = False
     return frozen
+
+
+def _frozen_or_none(array: NDArray[np.generic] | None) -> NDArray | None:  # type: ignore[type-arg]
+    return None if array is None else _frozen(array)
