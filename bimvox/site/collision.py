@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, leaf_kernel
-from bimvox.crane import reach
 from bimvox.crane.reach import HOOK_FORBIDDEN as HOOK_FORBIDDEN
 from bimvox.crane.reach import counted_kg
+from bimvox.crane.reach import hook_floor as floor_of_hook
+from bimvox.crane.reach import hook_top as top_of_hook
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import whole_cells
 from bimvox.grid.summed_area import box_sum
@@ -178,13 +179,13 @@ def hook_room(
         load_kg, aside_m = component.mass_kg, (x * site.frame.voxel_size_m, y * site.frame.voxel_size_m)
     if crane is not None:
         load_kg = counted_kg(crane, load_kg, site.rules.highest_utilisation)
-    floor = reach.hook_floor(crane, site.frame, top, load_kg, site.rules.rope, site.rules.clearance_m, aside_m, slack_m)
+    floor = floor_of_hook(crane, site.frame, top, load_kg, site.rules.rope, site.rules.clearance_m, aside_m, slack_m)
     forbidden = np.zeros(top.shape, np.bool_)
     if site.prohibited is not None:
         forbidden |= site.prohibited
     if site.no_load is not None and component is not None:
         forbidden |= hooks_with_load_over(site.no_load, component)
-    ceiling = NO_CEILING if crane is None else reach.hook_top(crane, site.frame, site.shape, _half_m(site, component))
+    ceiling = NO_CEILING if crane is None else top_of_hook(crane, site.frame, site.shape, _half_m(site, component))
     if crane is not None and site.hook_heights is not None:
         floor, ceiling = _between(site, crane, floor, ceiling)
     if ceiling.size:

@@ -356,7 +356,7 @@ MUTANTS: dict[str, Mutant] = {
         one_too_heavy,
         "reach",
         {
-            "bimvox.crane.reach.hook_floor": given(mass_kg=times(1.0 / 1.1)),
+            "bimvox.site.collision.floor_of_hook": given(mass_kg=times(1.0 / 1.1)),
             "bimvox.planning.stage.allowed_radii_m": given(mass_kg=times(1.0 / 1.1)),
         },
     ),
