@@ -62,12 +62,16 @@ class Store:
             return make()
         if key not in self._found:
             self._found[key] = make()
-        found: T = self._found[key]
+        found: T = self.get(key)
         return found
 
     def has(self, key: bytes) -> bool:
         """Return whether something is stored under a key."""
         return key in self._found
+
+    def get(self, key: bytes) -> Any:
+        """Return what is stored under a key."""
+        return self._found[key]
 
     def add(self, key: bytes, found: object) -> None:
         """Store what was found under a key."""
@@ -115,8 +119,6 @@ class Walk(ABC, Generic[State, Task, Found]):
     A walk is a dataclass, and is sent to each process once. What a process has walked so far is kept there, one state
     for each kind of walk: a walk that begins in the same way goes on from it.
     """
-
-    _chain: list[bytes]
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return how another process begins it anew: its fields, nothing else."""
@@ -195,7 +197,7 @@ class Walk(ABC, Generic[State, Task, Found]):
         new = {n: next(made) for n in missing}
         for n, one in new.items():
             store.add(keys[n], one)
-        return [new[n] if n in new else store.once(key, _nothing) for n, key in enumerate(keys)]
+        return [new[n] if n in new else store.get(key) for n, key in enumerate(keys)]
 
     def _state_before(self, turn: int) -> State:
         """Return the state before a turn."""
@@ -227,7 +229,3 @@ class _Stand:
 
 
 _STANDS: dict[type[Walk[Any, Any, Any]], _Stand] = {}
-
-
-def _nothing() -> Any:
-    raise AssertionError("it is stored")

@@ -13,14 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.clearance import MOTION_MARGIN, Clearances, TransitProof
 from bimvox.proof.clock import check_durations, check_phase_names
 from bimvox.proof.crane.axes import check_capacity, check_limits, check_phases, check_range, check_rests
@@ -30,7 +28,7 @@ from bimvox.proof.guided import check_heading
 from bimvox.proof.hook import Between, HookProof, Turn
 from bimvox.proof.load import LoadProof
 from bimvox.proof.moment import Moment, Standing
-from bimvox.proof.plan import triangles_of
+from bimvox.proof.plan import LiftProofs, triangles_of
 from bimvox.proof.rigging import rigging_kg
 from bimvox.proof.space import ALWAYS_NS, RawCells
 from bimvox.proof.swing import SwingProof
@@ -38,7 +36,7 @@ from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.site.component import Component
-from bimvox.walk import Store, Walk
+from bimvox.walk import Store
 from bimvox.workers import ALONE, Workers
 
 UNITS = {
@@ -135,23 +133,19 @@ class _Driven(NamedTuple):
 
 
 @dataclass(eq=False)
-class _Verifier(Walk[Standing, _Driven, Mapping[str, Check]]):
+class _Verifier(LiftProofs[_Driven]):
     """Checks motions of a plan, each by itself.
 
     Attributes:
-        plan: The plan.
-        context: As for ``verify_motions``.
         window_ns: As for ``verify_motions``.
         turns: Of several cranes, when each lift is where; empty for one crane.
     """
 
-    plan: LiftPlan
-    context: tuple[Lift, ...]
     window_ns: tuple[int, int]
     turns: Mapping[int, Turn]
 
     def __post_init__(self) -> None:
-        self.site, self.lifts = self.plan.site, self.plan.lifts_with(self.context)
+        super().__post_init__()
         self.motions: tuple[LiftMotion, ...] = ()
         self.is_whole = True
         several = self.site.has_several_cranes
@@ -163,40 +157,6 @@ class _Verifier(Walk[Standing, _Driven, Mapping[str, Check]]):
         self.checks = {name: Check(name, unit=unit) for name, unit in units.items()}
         self.proofs = dict[int, _Proofs]()
 
-    @cached_property
-    def triangles(self) -> TriangleCheck:
-        """The triangles of the site."""
-        return TriangleCheck(self.plan)
-
-    @property
-    def roots(self) -> tuple[object, ...]:
-        """The plan and its context."""
-        return self.plan, *self.context
-
-    @property
-    def grounds(self) -> tuple[object, ...]:
-        """The site."""
-        return (self.site,)
-
-    @cached_property
-    def passed(self) -> Sequence[tuple[int, Status, bool]]:
-        """By lift, what it changes."""
-        return [(lift.component, lift.status, lift.is_set) for lift in self.lifts]
-
-    @cached_property
-    def _lying(self) -> tuple[object, ...]:
-        """Where all parts lie in the yard, and the findings in the model."""
-        lying = tuple((lift.component, lift.order, lift.place, lift.in_yard is None) for lift in self.lifts)
-        return lying, self.plan.clashes, self.plan.unheld
-
-    def begin(self) -> Standing:
-        """Return what stands before the first lift."""
-        return Standing(self.plan, self.context)
-
-    def go_past(self, state: Standing, turn: int, until: int) -> None:
-        """Set the part of a lift, or leave it in the yard."""
-        state.go_past(self.lifts[turn])
-
     def turn_of(self, task: _Driven) -> int:
         """Return the number of the lift."""
         return task.number
@@ -205,7 +165,7 @@ class _Verifier(Walk[Standing, _Driven, Mapping[str, Check]]):
         """Return the lift and how both motions move, whenever they start: of one crane in a plan over all time."""
         lift = self.lifts[task.number]
         before = next((one for one in reversed(self.lifts[: task.number]) if one.status is Status.PLANNED), None)
-        return lift, before, self._lying, _course(task.motion), _course(task.before)
+        return lift, before, self.lying, _course(task.motion), _course(task.before)
 
     def step(self, state: Standing, task: _Driven) -> Mapping[str, Check]:
         """Return the checks of a motion."""

@@ -47,7 +47,7 @@ from bimvox.records.lift import NOT_ITS_CELLS, Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.site.component import Component
 from bimvox.units import mass_text
-from bimvox.walk import Store, Walk
+from bimvox.walk import Store, Task, Walk
 from bimvox.workers import ALONE, Workers
 
 CHECKS = (
@@ -112,24 +112,70 @@ def triangles_of(plan: LiftPlan, store: Store) -> TriangleCheck:
 
 
 @dataclass(eq=False)
-class _Verifier(Walk[Standing, int, Mapping[str, Check]]):
-    """Checks lifts of a plan, each by itself; its tasks are their numbers among all lifts.
+class LiftProofs(Walk[Standing, Task, Mapping[str, Check]]):
+    """Proofs of the lifts of a plan, each by itself.
 
     Attributes:
         plan: The plan.
-        context: As for ``verify_plan``.
-        known_shapes: As for ``verify_plan``.
-        is_context_proven: Whether the context is taken for proven.
+        context: Lifts of the same plan that it does not contain.
     """
 
     plan: LiftPlan
     context: tuple[Lift, ...]
+
+    def __post_init__(self) -> None:
+        self.site, self.lifts = self.plan.site, self.plan.lifts_with(self.context)
+
+    @cached_property
+    def triangles(self) -> TriangleCheck:
+        """The triangles of the site."""
+        return TriangleCheck(self.plan)
+
+    @property
+    def roots(self) -> tuple[object, ...]:
+        """The plan and its context."""
+        return self.plan, self.context
+
+    @property
+    def grounds(self) -> tuple[object, ...]:
+        """The site."""
+        return (self.site,)
+
+    @cached_property
+    def passed(self) -> Sequence[tuple[int, Status, bool]]:
+        """By lift, what it changes."""
+        return [(lift.component, lift.status, lift.is_set) for lift in self.lifts]
+
+    @cached_property
+    def lying(self) -> tuple[object, ...]:
+        """Where all parts lie in the yard, and the findings in the model."""
+        lying = tuple((lift.component, lift.order, lift.place, lift.in_yard is None) for lift in self.lifts)
+        return lying, self.plan.clashes, self.plan.unheld
+
+    def begin(self) -> Standing:
+        """Return what stands before the first lift."""
+        return Standing(self.plan, self.context)
+
+    def go_past(self, state: Standing, turn: int, until: int) -> None:
+        """Set the part of a lift, or leave it in the yard."""
+        state.go_past(self.lifts[turn])
+
+
+@dataclass(eq=False)
+class _Verifier(LiftProofs[int]):
+    """Checks lifts of a plan, each by itself; its tasks are their numbers among all lifts.
+
+    Attributes:
+        known_shapes: As for ``verify_plan``.
+        is_context_proven: Whether the context is taken for proven.
+    """
+
     known_shapes: set[int]
     is_context_proven: bool
 
     def __post_init__(self) -> None:
-        self.site = site = self.plan.site
-        self.lifts = self.plan.lifts_with(self.context)
+        super().__post_init__()
+        site = self.site
         self.proven = frozenset(lift.order for lift in self.context) if self.is_context_proven else frozenset[int]()
         self.clearances = Clearances(site)
         self.with_gear = frozenset(part.crane for part in site.components if part.lifting.rig is not None)
@@ -155,43 +201,9 @@ class _Verifier(Walk[Standing, int, Mapping[str, Check]]):
         self.checks["reach"].unit = "share of capacity"
 
     @cached_property
-    def triangles(self) -> TriangleCheck:
-        """The triangles of the site."""
-        return TriangleCheck(self.plan)
-
-    @cached_property
     def supports(self) -> Supports:
         """What carries what."""
         return Supports(self.plan, self.lifts, self.triangles)
-
-    @property
-    def roots(self) -> tuple[object, ...]:
-        """The plan and its context."""
-        return self.plan, *self.context
-
-    @property
-    def grounds(self) -> tuple[object, ...]:
-        """The site."""
-        return (self.site,)
-
-    @cached_property
-    def passed(self) -> Sequence[tuple[int, Status, bool]]:
-        """By lift, what it changes."""
-        return [(lift.component, lift.status, lift.is_set) for lift in self.lifts]
-
-    @cached_property
-    def _lying(self) -> tuple[object, ...]:
-        """Where all parts lie in the yard, and the findings in the model."""
-        lying = tuple((lift.component, lift.order, lift.place, lift.in_yard is None) for lift in self.lifts)
-        return lying, self.plan.clashes, self.plan.unheld
-
-    def begin(self) -> Standing:
-        """Return what stands before the first lift."""
-        return Standing(self.plan, self.context)
-
-    def go_past(self, state: Standing, turn: int, until: int) -> None:
-        """Set the part of a lift, or leave it in the yard."""
-        state.go_past(self.lifts[turn])
 
     def turn_of(self, task: int) -> int:
         """Return the number of the lift."""
@@ -202,7 +214,7 @@ class _Verifier(Walk[Standing, int, Mapping[str, Check]]):
         lift = self.lifts[task]
         component = self.site.components[lift.component]
         not_set = frozenset(self.supports.infeasible if component.after or component.before else ())
-        return lift, self._lying, not_set, component.index in self.known_shapes
+        return lift, self.lying, not_set, component.index in self.known_shapes
 
     def step(self, state: Standing, task: int) -> Mapping[str, Check]:
         """Return the checks of a lift."""
