@@ -1,18 +1,27 @@
 """Machine code of kernels that call each other, on disk, keyed by everything that it was compiled from.
 
-Numba's own cache looks only at the file of the function. Machine code also contains the functions that it calls and
-the constants that it reads, from any file, so an edit elsewhere would leave stale machine code. Here the key is the
-content: the byte code of the kernel and of everything that it calls, and the values that they read. A comment or a
-docstring changes nothing; a constant changes only the kernels that read it.
+This is a cache as numba's dispatchers ask for one (`numba.core.caching._Cache`): they decide when to load and to save,
+numba serializes and rebuilds the machine code. Only the key and the files are ours, for what numba's own cache lacks:
 
-Compiling takes seconds, so no two processes compile the same: the first one locks the file, the others wait for it. The
-lock is the operating system's, which releases it when a process ends for any reason.
+- Its key is the text of the function's file. Machine code also contains the functions that it calls and the constants
+  that it reads, from any file, so an edit elsewhere would leave stale machine code. Here the key is the content: the
+  byte code of the kernel and of everything that it calls, and the values that they read. A comment or a docstring
+  changes nothing; a constant changes only the kernels that read it. Numba reads its key when a function is defined,
+  before those that it calls further down exist, so a numba locator cannot give ours.
+- It lists the signatures of a function in an index file, which processes read, change and write without a lock. Here
+  a file's name follows from its key, so there is no index.
+- It lets processes compile the same. Here the first one locks the file and the others wait for it: compiling takes
+  seconds. The lock is the operating system's, which releases it when a process ends for any reason.
+- It trusts what is on the disk. Here a checksum comes with it.
+- It stores in each file the code of all called kernels. Here each is stored once (`KernelCode`).
 """
 
 from __future__ import annotations
 
+import dis
 import enum
 import hashlib
+import itertools
 import os
 import pickle
 import sys
@@ -276,17 +285,28 @@ def _read_by(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
 
     For a module, yields the members that the function reads: ``samples.SAMPLES``, not ``samples``.
     """
-    names = dict.fromkeys(name for code in _codes(function.__code__) for name in code.co_names)
-    for name in names:
+    for name, members in _globals_of(function).items():
         value = function.__globals__.get(name, _ABSENT)
         if isinstance(value, types.ModuleType):
-            for inner in names:
-                if (member := getattr(value, inner, _ABSENT)) is not _ABSENT and value.__name__.startswith("bimvox"):
-                    yield f"{name}.{inner}", member
+            if value.__name__.startswith("bimvox"):
+                yield from ((f"{name}.{member}", getattr(value, member)) for member in members)
         elif value is not _ABSENT:
             yield name, value
     for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
         yield name, cell.cell_contents
+
+
+def _globals_of(function: types.FunctionType) -> dict[str, dict[str, None]]:
+    """Return the global names that a function reads, and the attributes that it reads of each, by its byte code."""
+    names: dict[str, dict[str, None]] = {}
+    for code in _codes(function.__code__):
+        steps = [step for step in dis.get_instructions(code) if step.opname != "EXTENDED_ARG"]
+        for step, following in itertools.pairwise(steps):
+            if step.opname == "LOAD_GLOBAL":
+                members = names.setdefault(step.argval, {})
+                if following.opname in {"LOAD_ATTR", "LOAD_METHOD"}:
+                    members[following.argval] = None
+    return names
 
 
 _ABSENT = object()

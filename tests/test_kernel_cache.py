@@ -71,6 +71,33 @@ def test_a_constant_of_another_module_is_part_of_the_key() -> None:
     assert digest_of(kernel) != digest_of(changed)
 
 
+ATTRIBUTES = """
+from typing import NamedTuple
+from bimvox.compiled import kernel
+from bimvox.grid import bricks
+
+class Load(NamedTuple):
+    mass: float
+
+def mass():
+    return {factor}
+
+@kernel
+def outer(load: Load) -> float:
+    return load.mass + bricks.{constant}
+"""
+
+
+def test_an_attribute_is_not_the_global_of_its_name() -> None:
+    def digest(factor: int = 1, constant: str = "BRICK") -> str:
+        names: dict[str, Any] = {"__name__": "kernels_of_a_test"}
+        exec(ATTRIBUTES.format(factor=factor, constant=constant), names)
+        return digest_of(names["outer"])
+
+    assert digest() == digest(factor=2)
+    assert digest() != digest(constant="NO_OWNER")
+
+
 def test_a_value_without_a_digest_is_named() -> None:
     names = module_of("FACTOR = {1: 2}")
     with pytest.raises(TypeError, match="inner: FACTOR"):
