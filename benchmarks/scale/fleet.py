@@ -7,7 +7,6 @@ million lifts follows from ``docs/data/scale.json`` and assumed prices. Writes b
 from __future__ import annotations
 
 import json
-import os
 import sys
 import tempfile
 import time
@@ -41,7 +40,7 @@ def main() -> int:
 
 def _once_for_all() -> list[str]:
     """Return the table of what a fleet does once for all runs, and the time to hash a log when it is called again."""
-    lines = ["| runs | read records | tables | page | its size | one look |", "|---:|---:|---:|---:|---:|---:|"]
+    lines = ["| runs | read records | tables | page | its size |", "|---:|---:|---:|---:|---:|"]
     lines += [row(count) for count in _RUNS]
     with tempfile.TemporaryDirectory(prefix="bimvox-fleet-") as scratch:
         log = Path(scratch) / "log"
@@ -51,7 +50,7 @@ def _once_for_all() -> list[str]:
 
 
 def row(count: int) -> str:
-    """Return the row of a number of runs; the look is the one that follows their progress."""
+    """Return the row of a number of runs."""
     with tempfile.TemporaryDirectory(prefix="bimvox-fleet-") as scratch:
         folder = Path(scratch)
         (folder / RECORDS).mkdir()
@@ -61,9 +60,8 @@ def row(count: int) -> str:
         records, read_s = _timed(lambda: [json.loads(file.read_bytes()) for file in files])
         _, tables_s = _timed(lambda: write_tables(folder, records))
         page, page_s = _timed(lambda: write_page(folder, records))
-        _, look_s = _timed(lambda: list(os.scandir(folder / RECORDS)))
         size = f"{page.stat().st_size / 1e6:.1f} MB"
-    return f"| {count:,} | {read_s:.2f} s | {tables_s:.2f} s | {page_s:.2f} s | {size} | {1e3 * look_s:.0f} ms |"
+    return f"| {count:,} | {read_s:.2f} s | {tables_s:.2f} s | {page_s:.2f} s | {size} |"
 
 
 def on_paper(found: list[dict[str, Any]]) -> list[str]:

@@ -69,6 +69,7 @@ def optimise(
     and proven in full, and so is the given one. Their site files are written next to it. Rates: `[costs]`. Several
     sites are searched in parallel: one table and one page of all.
     """
+    from bimvox_pipeline.fleet.schedule import Execution
     from bimvox_pipeline.optimise.many_sites import optimise_all
     from bimvox_pipeline.optimise.optimise import optimise as optimise_one
 
@@ -80,9 +81,7 @@ def optimise(
         act(
             crane=crane,
             effort=Effort(members, trials, budget, most_cranes),
-            backend=backend,
-            jobs=jobs,
-            fresh=fresh,
+            execution=Execution(backend, jobs, fresh=fresh),
             progress=output.progress,
         ),
         _show_all if several else _show,

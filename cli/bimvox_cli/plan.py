@@ -77,17 +77,11 @@ def plan(
             raise InputError(f"{option} works with one site only", hint="plan the sites one by one, or leave it out")
         from bimvox_pipeline.fleet.command import fleet
         from bimvox_pipeline.fleet.runs import Wish
+        from bimvox_pipeline.fleet.schedule import Execution
 
         wishes = [Wish(site, obstructions, seed, policy, steps, train) for site in sites]
-        planned = fleet(
-            wishes,
-            out or Path(_FOLDER),
-            backend=backend,
-            jobs=jobs,
-            cluster=cluster,
-            fresh=fresh,
-            progress=output.progress,
-        )
+        execution = Execution(backend, jobs, cluster, fresh)
+        planned = fleet(wishes, out or Path(_FOLDER), execution=execution, progress=output.progress)
         return output.result(planned, show_fleet)
     from bimvox_pipeline.plan import plan as run
     from bimvox_pipeline.warm_up import helped

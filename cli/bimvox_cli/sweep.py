@@ -36,7 +36,7 @@ def sweep(
     continue.
     """
     from bimvox_pipeline.fleet.command import sweep as run
+    from bimvox_pipeline.fleet.schedule import Execution
 
-    return output.result(
-        run(file, out, backend=backend, jobs=jobs, cluster=cluster, fresh=fresh, progress=output.progress), show_fleet
-    )
+    execution = Execution(backend, jobs, cluster, fresh)
+    return output.result(run(file, out, execution=execution, progress=output.progress), show_fleet)

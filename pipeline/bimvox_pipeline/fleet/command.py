@@ -4,32 +4,19 @@ from __future__ import annotations
 
 import csv
 import io
-import json
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from bimvox.errors import BimvoxError, FileError
-from bimvox.files import default_output, reason_of, require_input, sha256_of, write_atomically
-from bimvox.processes import processors
+from bimvox.files import default_output, require_input, sha256_of, write_atomically
 from bimvox.progress import Progress
 from bimvox.rendering.report.many_sites import many_plans_page
-from bimvox_pipeline.fleet.runs import FAILED, RECORDS, Run, Wish, digest_of, load_sweep, log_file, record_file, runs_of
-from bimvox_pipeline.fleet.schedule import Backend, begun_file, carry_out_all
-
-_LOCK, _PART = ".fleet.lock", ".bimvox-*.part"
+from bimvox_pipeline.fleet.runs import FAILED, Wish, load_sweep, log_file, runs_of
+from bimvox_pipeline.fleet.schedule import Execution, locked, records_of
 
 
 def sweep(
-    file: Path,
-    out: Path | None = None,
-    *,
-    backend: Backend = "loky",
-    jobs: int | None = None,
-    cluster: str | None = None,
-    fresh: bool = False,
-    progress: Progress,
+    file: Path, out: Path | None = None, *, execution: Execution | None = None, progress: Progress
 ) -> dict[str, Any]:
     """Plan everything that a sweep file requests, and return the document of ``bimvox sweep --json``.
 
@@ -40,20 +27,11 @@ def sweep(
         InputError: If the sweep file or the folder cannot be used, or the backend is not installed.
     """
     require_input(file)
-    wishes = load_sweep(file)
-    folder = out or default_output(file, "-runs")
-    return fleet(wishes, folder, backend=backend, jobs=jobs, cluster=cluster, fresh=fresh, progress=progress)
+    return fleet(load_sweep(file), out or default_output(file, "-runs"), execution=execution, progress=progress)
 
 
 def fleet(
-    wishes: Sequence[Wish],
-    folder: Path,
-    *,
-    backend: Backend = "loky",
-    jobs: int | None = None,
-    cluster: str | None = None,
-    fresh: bool = False,
-    progress: Progress,
+    wishes: Sequence[Wish], folder: Path, *, execution: Execution | None = None, progress: Progress
 ) -> dict[str, Any]:
     """Plan many wishes into a folder; continues an interrupted call.
 
@@ -62,10 +40,7 @@ def fleet(
     Args:
         wishes: The runs to plan.
         folder: The output folder; created if it does not exist.
-        backend: Name of the backend that executes the runs.
-        jobs: Number of runs in parallel; default: one per processor core.
-        cluster: Address of a running cluster; default: starts one on this machine.
-        fresh: Plan again the runs that exist already.
+        execution: How the runs are executed; default: in processes on this machine.
         progress: Receives the stages.
 
     Returns:
@@ -75,31 +50,16 @@ def fleet(
     Raises:
         InputError: If the folder cannot be used, another fleet is writing to it, or the backend is not installed.
     """
-    runs = runs_of(wishes)
+
+    def is_whole(record: Mapping[str, Any]) -> bool:
+        return bool(record["log_sha256"] == sha256_of(log_file(folder, record["run"])))
+
     with locked(folder):
-        progress.stage("look", len(runs))
-        kept = set()
-        for run in runs:
-            if not fresh and _is_there(run, folder):
-                kept.add(run.name)
-            else:
-                record_file(folder, run.name).unlink(missing_ok=True)
-            progress.advance()
-        progress.finish()
-        carry_out_all(
-            [run for run in runs if run.name not in kept],
-            folder,
-            backend=backend,
-            jobs=jobs or processors(),
-            address=cluster,
-            progress=progress,
-        )
-        records = [json.loads(record_file(folder, run.name).read_bytes()) for run in runs]
+        runs = runs_of(wishes)
+        records = records_of(runs, folder, execution or Execution(), is_whole=is_whole, progress=progress)
         progress.stage("table")
         tables, page = write_tables(folder, records), write_page(folder, records)
         progress.finish()
-    for record in records:
-        record["kept"] = record["run"] in kept
     lost = sum(record["status"] == FAILED for record in records)
     return {
         "runs": records,
@@ -110,47 +70,9 @@ def fleet(
         "failed": lost,
         "infeasible": sum(record.get("infeasible", 0) for record in records),
         "verified": not lost and all(record["verified"] for record in records),
-        "kept": len(kept),
+        "kept": sum(record["kept"] for record in records),
         "seconds": progress.seconds,
     }
-
-
-def _is_there(run: Run, folder: Path) -> bool:
-    """Return whether an earlier call executed this same run, and its log is unchanged since."""
-    file, log = record_file(folder, run.name), log_file(folder, run.name)
-    if not (file.exists() and log.exists()):
-        return False
-    try:
-        record = json.loads(file.read_bytes())
-        return bool(
-            record["status"] != FAILED
-            and record["inputs"] == digest_of(run.wish)
-            and record["log_sha256"] == sha256_of(log)
-        )
-    except (ValueError, KeyError, TypeError, BimvoxError):
-        return False  # a changed record or a missing input: the run itself reports which
-
-
-@contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Lock a fleet's folder for this process, and delete files that a killed process left incomplete."""
-    from filelock import FileLock, Timeout
-
-    lock = FileLock(folder / _LOCK, timeout=0)
-    try:
-        (folder / RECORDS).mkdir(parents=True, exist_ok=True)
-        lock.acquire()
-    except Timeout as error:
-        raise FileError(
-            folder, "another bimvox is planning into this folder", hint="wait for it, or choose another -o"
-        ) from error
-    except OSError as error:
-        raise FileError(folder, f"cannot be used: {reason_of(error)}", hint="choose another -o") from error
-    with lock:
-        records = folder / RECORDS
-        for left in (*folder.glob(_PART), *records.glob(_PART), *records.glob(begun_file(records, "*").name)):
-            left.unlink(missing_ok=True)
-        yield
 
 
 # The page of a fleet: its table for people, with links to the files of its runs.

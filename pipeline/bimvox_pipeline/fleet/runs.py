@@ -6,7 +6,7 @@ import hashlib
 import itertools
 import json
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -127,7 +127,7 @@ def _mark_of(wish: Wish) -> str:
     return hashlib.sha256("\0".join(plain).encode()).hexdigest()[:8]
 
 
-# Plans one run and writes its outcome to disk, also if it is an error.
+# Executes one run and writes its outcome to disk, also if it is an error.
 
 RECORDS = "runs"
 """Folder of the records inside the fleet's folder."""
@@ -146,10 +146,14 @@ def log_file(folder: Path, name: str) -> Path:
     return folder / f"{name}.mcap"
 
 
-def carry_out(run: Run, folder: Path) -> None:
-    """Plan a run and write its record, also for an error."""
+Work = Callable[[Run, Path], dict[str, Any]]
+"""What a run does in a fleet's folder; returns its record. Workers import it: a function of a module."""
+
+
+def carry_out(work: Work, run: Run, folder: Path) -> None:
+    """Execute a run and write its record, also for an error."""
     try:
-        record = _planned(run, folder)
+        record = work(run, folder)
     except BimvoxError as error:
         record = failed(run, error.code, error.message, error.hint)
     except Exception as error:  # noqa: BLE001  (a fault in one run must not take the others down; the record names it)
@@ -164,10 +168,11 @@ def write_record(folder: Path, record: dict[str, Any]) -> None:
 
 def failed(run: Run, code: str, message: str, hint: str | None) -> dict[str, Any]:
     """Return the record of a run without a plan."""
-    return {**_asked(run), "status": FAILED, "error": {"code": code, "message": message, "hint": hint}}
+    return {**asked(run), "status": FAILED, "error": {"code": code, "message": message, "hint": hint}}
 
 
-def _planned(run: Run, folder: Path) -> dict[str, Any]:
+def planned(run: Run, folder: Path) -> dict[str, Any]:
+    """Plan a run, write its log, and return its record."""
     from bimvox.library.arguments import PolicyWish
     from bimvox.progress import SilentProgress
     from bimvox_pipeline.plan import plan
@@ -183,7 +188,7 @@ def _planned(run: Run, folder: Path) -> dict[str, Any]:
         progress=SilentProgress(),
     )
     return {
-        **_asked(run),
+        **asked(run),
         "status": _PARTLY if document["infeasible"] else PLANNED,
         "error": None,
         "inputs": digest,
@@ -200,7 +205,8 @@ def _planned(run: Run, folder: Path) -> dict[str, Any]:
     }
 
 
-def _asked(run: Run) -> dict[str, Any]:
+def asked(run: Run) -> dict[str, Any]:
+    """Return what the record of a run says about its wish."""
     wish = run.wish
     return {
         "run": run.name,

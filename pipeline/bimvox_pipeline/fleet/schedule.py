@@ -1,27 +1,62 @@
-"""Executes runs in parallel, on any backend; those whose process or worker dies are tried again."""
+"""Executes runs in parallel, on any backend of joblib; those whose process or worker dies are tried again.
+
+joblib starts the workers, gives them runs and says which are done. What no backend of it does is here: a run that dies
+takes no other run with it (each worker has a process apart), and is tried again a bounded number of times.
+"""
 
 from __future__ import annotations
 
+import json
 import logging
 import os
-import pickle
 import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Literal
 
-from bimvox.errors import BimvoxError, InputError
-from bimvox.processes import ONE_THREAD, end_with, python_module
+from bimvox.errors import BimvoxError, FileError, InputError
+from bimvox.files import reason_of
+from bimvox.processes import ONE_THREAD, connection_of, end_with, processors, python_module, start_connected
 from bimvox.progress import Progress
-from bimvox_pipeline.fleet.runs import RECORDS, Run, carry_out, failed, record_file, write_record
+from bimvox_pipeline.fleet.runs import (
+    FAILED,
+    RECORDS,
+    Run,
+    Work,
+    carry_out,
+    digest_of,
+    failed,
+    planned,
+    record_file,
+    write_record,
+)
 
 Backend = Literal["loky", "ray", "dask"]
+
+
+@dataclass(frozen=True, slots=True)
+class Execution:
+    """How the runs of a fleet are executed.
+
+    Attributes:
+        backend: ``loky`` for processes on this machine; ``ray`` or ``dask`` for a cluster.
+        jobs: Number of runs in parallel; None: one per processor core.
+        cluster: Address of a running cluster; None starts one on this machine.
+        fresh: Whether runs that an earlier call has executed are executed again.
+    """
+
+    backend: Backend = "loky"
+    jobs: int | None = None
+    cluster: str | None = None
+    fresh: bool = False
+
 
 _RESTARTED = {"max_restarts": -1, "max_task_retries": 2}
 """Of the workers of Ray: one that dies is started again, and its run too; Dask does the same by itself."""
@@ -159,18 +194,14 @@ def _not_reached(backend: str, address: str | None, error: BaseException) -> Inp
     return InputError(f"--backend {backend}: {where} cannot be used: {first}", hint="check --cluster")
 
 
-Work = Callable[[Run, Path], None]
-
 _WORKER_ENDED = "its worker ended"
 
-_child: subprocess.Popen[bytes] | None = None
+_child: tuple[subprocess.Popen[bytes], Connection] | None = None
 _one_at_a_time = threading.Lock()
 
 
-def _carry_out_apart(work: Work, run: Run, folder: Path) -> None:
-    """Execute a run with ``work``, a module-level function, in this worker's separate process.
-
-    If the process dies, the mark of the run says how.
+def _carry_out_apart(work: Work, run: Run, folder: Path) -> bool:
+    """Execute a run in this worker's separate process; return False if it died, then the mark of the run says how.
 
     Raises:
         FileError: If the run's record cannot be written, for example because the disk is full.
@@ -179,23 +210,22 @@ def _carry_out_apart(work: Work, run: Run, folder: Path) -> None:
     mark = begun_file(folder, run.name)
     with _one_at_a_time:
         mark.write_text(_WORKER_ENDED, encoding="utf-8")
-        if _child is None or _child.poll() is not None:
+        if _child is None or _child[0].poll() is not None:
+            _end_child()
             _child = _started()
-        child = _child
-        assert child.stdin is not None
-        assert child.stdout is not None
+        process, connection = _child
         try:
-            pickle.dump((work, run, folder), child.stdin)
-            child.stdin.flush()
-            failure = pickle.load(child.stdout)  # from our own process
-        except (BrokenPipeError, EOFError, pickle.UnpicklingError):
-            mark.write_text(f"its process ended ({_reason(child.wait())})", encoding="utf-8")
-            return
+            connection.send((work, run, folder))
+            failure: BimvoxError | None = connection.recv()
+        except (EOFError, OSError):
+            mark.write_text(f"its process ended ({_reason(process.wait())})", encoding="utf-8")
+            return False
         except BaseException:
             _end_child()
             raise
         if failure is not None:
             raise failure
+        return True
 
 
 def begun_file(folder: Path, name: str) -> Path:
@@ -207,76 +237,128 @@ def _end_child() -> None:
     """End this worker's separate process, if there is one."""
     global _child
     if _child is not None:
-        _child.kill()
-        _child.communicate()
+        process, connection = _child
+        process.kill()
+        process.wait()
+        connection.close()
         _child = None
 
 
-def _started() -> subprocess.Popen[bytes]:
+def _started() -> tuple[subprocess.Popen[bytes], Connection]:
     path = os.pathsep.join(name for name in sys.path if name)
-    return subprocess.Popen(
-        python_module(__name__),
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        env=os.environ | ONE_THREAD | {"PYTHONPATH": path},
-        start_new_session=True,  # Ctrl-C reaches only the command, which then ends the worker
-    )
+    with open(2, "wb", closefd=False) as errors:
+        return start_connected(python_module(__name__), "", errors, os.environ | ONE_THREAD | {"PYTHONPATH": path})
 
 
 def _reason(code: int) -> str:
     return signal.Signals(-code).name if code < 0 else f"exit code {code}"
 
 
-def _serve() -> None:
-    """Execute the runs that arrive on stdin, until it is closed or the worker has ended."""
-    end_with(os.getppid())
-    told = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # output of a library must not be read as an answer
+def _serve(connection: Connection) -> None:
+    """Execute the runs that arrive, until the connection is closed or the worker has ended."""
     while True:
-        try:
-            work, run, folder = pickle.load(sys.stdin.buffer)  # from our own worker, over a pipe
-        except EOFError:
-            return
+        work, run, folder = connection.recv()
         failure: BimvoxError | None = None
         try:
-            work(run, folder)
+            carry_out(work, run, folder)
         except BimvoxError as error:
             failure = error
-        told.write(pickle.dumps(failure))
+        connection.send(failure)
 
 
 if __name__ == "__main__":
-    _serve()
+    end_with(os.getppid())
+    with suppress(EOFError, OSError), connection_of(int(sys.argv[1])) as own_end:
+        _serve(own_end)
 
 
-_LOOK_EVERY_S = 0.3
+_LOCK, _PART = ".fleet.lock", ".bimvox-*.part"
 _ALONE = (False, False, True)
 """By try, whether a run is executed alone: at last, no other run takes its memory or ends its worker."""
 
 
-def carry_out_all(
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Lock a fleet's folder for this process, and delete files that a killed process left incomplete.
+
+    Raises:
+        FileError: If the folder cannot be used, or another fleet is writing to it.
+    """
+    from filelock import FileLock, Timeout
+
+    lock = FileLock(folder / _LOCK, timeout=0)
+    try:
+        (folder / RECORDS).mkdir(parents=True, exist_ok=True)
+        lock.acquire()
+    except Timeout as error:
+        raise FileError(
+            folder, "another bimvox is planning into this folder", hint="wait for it, or choose another -o"
+        ) from error
+    except OSError as error:
+        raise FileError(folder, f"cannot be used: {reason_of(error)}", hint="choose another -o") from error
+    with lock:
+        records = folder / RECORDS
+        for left in (*folder.glob(_PART), *records.glob(_PART), *records.glob(begun_file(records, "*").name)):
+            left.unlink(missing_ok=True)
+        yield
+
+
+def records_of(
     runs: Sequence[Run],
     folder: Path,
+    execution: Execution,
     *,
-    backend: Backend,
-    jobs: int,
-    address: str | None,
+    is_whole: Callable[[Mapping[str, Any]], bool],
+    work: Work = planned,
     progress: Progress,
-    work: Work = carry_out,
+) -> list[dict[str, Any]]:
+    """Return the records of runs, in their order; a run that an earlier call has executed is kept.
+
+    Args:
+        runs: The runs.
+        folder: The fleet's folder, locked.
+        execution: How they are executed.
+        is_whole: Whether what an earlier run wrote next to its record is still there.
+        work: The function that executes a run.
+        progress: Receives the stages.
+
+    Returns:
+        Documents with ``kept``, whether the record is of an earlier call, and what ``work`` returned.
+
+    Raises:
+        InputError: If the backend cannot be used.
+    """
+    progress.stage("look", len(runs))
+    kept = set()
+    for run in runs:
+        if not execution.fresh and _is_kept(run, folder, is_whole):
+            kept.add(run.name)
+        else:
+            record_file(folder, run.name).unlink(missing_ok=True)
+        progress.advance()
+    progress.finish()
+    carry_out_all([run for run in runs if run.name not in kept], folder, execution, work=work, progress=progress)
+    records = [json.loads(record_file(folder, run.name).read_bytes()) for run in runs]
+    return [{**record, "kept": record["run"] in kept} for record in records]
+
+
+def _is_kept(run: Run, folder: Path, is_whole: Callable[[Mapping[str, Any]], bool]) -> bool:
+    """Return whether an earlier call executed this same run, and its result is unchanged since."""
+    try:
+        record = json.loads(record_file(folder, run.name).read_bytes())
+        return bool(record["status"] != FAILED and record["inputs"] == digest_of(run.wish) and is_whole(record))
+    except (OSError, ValueError, KeyError, TypeError, BimvoxError):
+        return False  # no record, a changed record or a missing input: the run itself reports which
+
+
+def carry_out_all(
+    runs: Sequence[Run], folder: Path, execution: Execution, *, work: Work = planned, progress: Progress
 ) -> None:
     """Execute runs until each has a record.
 
     Runs that train a policy come first, so that the others find it in the store. A run whose process or worker dies is
-    tried again, at last alone; then it is recorded as failed.
-
-    Args:
-        runs: The runs.
-        folder: The fleet's folder; workers must reach it under this path.
-        backend: Name of the backend.
-        jobs: Number of runs in parallel.
-        address: Address of a running cluster, or None.
-        progress: Receives the number of records.
-        work: The function that executes a run.
+    tried again, at last alone; then it is recorded as failed. The arguments are those of :func:`records_of`; workers
+    must reach the folder under this path.
 
     Raises:
         InputError: If the backend cannot be used.
@@ -285,9 +367,11 @@ def carry_out_all(
 
     if not runs:
         return
-    left, fleet = list(runs), _Fleet(folder, backend, jobs, work)
+    jobs = execution.jobs or processors()
+    left, fleet = list(runs), _Fleet(folder, execution.backend, jobs, work, progress)
+    progress.stage("runs", len(runs))
     try:
-        with opened(backend, jobs, address) as config, _followed(runs, folder, progress), parallel_config(**config):
+        with opened(execution.backend, jobs, execution.cluster) as config, parallel_config(**config):
             for is_alone in _ALONE:
                 parts = [[run] for run in left] if is_alone else [left]
                 left = [run for part in parts for run in fleet.begun_in_vain(part)]
@@ -295,6 +379,7 @@ def carry_out_all(
                     progress.note(f"{run.name}: {fleet.why(run)} before it was done")
     finally:
         _end_child()
+        progress.finish()
     for run in left:
         why = f"{fleet.why(run)} before it was done, {len(_ALONE)} times: out of memory, or a crash"
         write_record(folder, failed(run, "died", why, "try it alone with bimvox plan, with more memory"))
@@ -310,6 +395,7 @@ class _Fleet:
     backend: Backend
     jobs: int
     work: Work
+    progress: Progress
 
     def begun_in_vain(self, runs: Sequence[Run]) -> list[Run]:
         """Execute runs, and return those that began and have no record in the end.
@@ -341,33 +427,15 @@ class _Fleet:
         """Execute runs until the end, or until a lost worker ends all workers; that error is returned."""
         from joblib import Parallel, delayed
 
+        parallel = Parallel(batch_size=1, return_as="generator_unordered")
         try:
             for part in ([run for run in runs if run.leads], [run for run in runs if not run.leads]):
-                Parallel(batch_size=1)(delayed(_carry_out_apart)(self.work, run, self.folder) for run in part)
+                with closing(parallel(delayed(_carry_out_apart)(self.work, run, self.folder) for run in part)) as done:
+                    for is_recorded in done:
+                        if is_recorded:
+                            self.progress.advance()
         except Exception as error:
             if _worker_lost(self.backend, error):
                 return error
             raise
         return None
-
-
-@contextmanager
-def _followed(runs: Sequence[Run], folder: Path, progress: Progress) -> Iterator[None]:
-    """Report the number of records by listing the folder, which works for every backend and is quick for many runs."""
-    done, names = threading.Event(), {record_file(folder, run.name).name for run in runs}
-
-    def look() -> None:
-        while not done.wait(_LOOK_EVERY_S):
-            with os.scandir(folder / RECORDS) as files:
-                recorded = sum(file.name in names for file in files)
-            progress.report("runs", recorded, len(runs))
-
-    progress.stage("runs", len(runs))
-    thread = threading.Thread(target=look, daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        done.set()
-        thread.join()
-        progress.finish()

@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from bimvox.errors import BimvoxError
 from bimvox.files import write_together
 from bimvox.library.set_up_search.set_up import Effort
-from bimvox.processes import processors
 from bimvox.progress import Progress, SilentProgress
 from bimvox.rendering.report.many_sites import COLUMNS, many_sites_page
-from bimvox_pipeline.fleet.command import locked
-from bimvox_pipeline.fleet.runs import FAILED, Run, Wish, digest_of, failed, record_file, runs_of, write_record
-from bimvox_pipeline.fleet.schedule import Backend, carry_out_all
+from bimvox_pipeline.fleet.runs import FAILED, Run, Wish, asked, digest_of, runs_of
+from bimvox_pipeline.fleet.schedule import Execution, locked, records_of
 from bimvox_pipeline.optimise.optimise import PAGE, optimise
 
 _OPTIMISED = "optimised"
@@ -32,30 +28,26 @@ def optimise_all(
     *,
     crane: str | None = None,
     effort: Effort | None = None,
-    backend: Backend = "loky",
-    jobs: int | None = None,
-    fresh: bool = False,
+    execution: Execution | None = None,
     progress: Progress,
 ) -> dict[str, Any]:
     """Look for the best set-ups of several sites, and return the document of ``--json``.
 
     Each site has a folder of its own in the given one. A call that was killed is continued: sites that did not change
-    since are kept. The arguments are those of :func:`optimise`; ``jobs`` is the number of sites in parallel.
+    since are kept. The arguments are those of :func:`optimise`, and ``execution`` is of the sites.
 
     Raises:
         InputError: If the folder cannot be used, or the backend is not installed.
     """
-    runs, work = runs_of(Wish(site) for site in sites), partial(_optimised, crane=crane, effort=effort, fresh=fresh)
-    asked = _asked(crane, effort)
+    execution, wanted = execution or Execution(), [crane, *astuple(effort or Effort())]
+    work = partial(_optimised, crane=crane, effort=effort, fresh=execution.fresh)
+
+    def is_whole(record: Mapping[str, Any]) -> bool:
+        return bool(record["asked"] == wanted and (folder / record["run"] / PAGE).exists())
+
     with locked(folder):
-        kept = {run.name for run in runs if not fresh and _is_there(run, folder, asked)}
-        left = [run for run in runs if run.name not in kept]
-        for run in left:
-            record_file(folder, run.name).unlink(missing_ok=True)
-        carry_out_all(
-            left, folder, backend=backend, jobs=jobs or processors(), address=None, progress=progress, work=work
-        )
-        records = [json.loads(record_file(folder, run.name).read_bytes()) for run in runs]
+        runs = runs_of(Wish(site) for site in sites)
+        records = records_of(runs, folder, execution, is_whole=is_whole, work=work, progress=progress)
         progress.stage("table")
         rows = [_row(record) for record in records]
         table, page = folder / _TABLE, folder / _PAGE
@@ -65,7 +57,7 @@ def optimise_all(
         "sites": [
             {
                 **row,
-                "kept": record["run"] in kept,
+                "kept": record["kept"],
                 "found": record.get("found"),
                 "error_code": record["error"] and record["error"]["code"],
             }
@@ -75,41 +67,26 @@ def optimise_all(
         "table": str(table),
         "page": str(page),
         "failed": sum(record["status"] == FAILED for record in records),
-        "kept": len(kept),
+        "kept": sum(record["kept"] for record in records),
         "verified": all(row["verified"] for row in rows),
         "seconds": progress.seconds,
     }
 
 
-def _optimised(run: Run, folder: Path, *, crane: str | None, effort: Effort | None, fresh: bool) -> None:
-    """Optimise a site, its plans one after the other, and write its record, also for an error."""
-    try:
-        digest, site, out = digest_of(run.wish), run.wish.site, folder / run.name
-        found = optimise(site, out, crane=crane, effort=effort, jobs=1, fresh=fresh, progress=SilentProgress())
-        record = {**failed(run, "", "", None), "status": _OPTIMISED, "error": None}
-        record |= {"inputs": digest, "asked": _asked(crane, effort), "found": found}
-    except BimvoxError as error:
-        record = failed(run, error.code, error.message, error.hint)
-    except Exception as error:  # noqa: BLE001  (a fault in one site must not take the others down; the record names it)
-        record = failed(run, "fault", f"{type(error).__name__}: {error}".splitlines()[0], None)
-    write_record(folder, record)
-
-
-def _asked(crane: str | None, effort: Effort | None) -> list[object]:
-    """Return what a site's result depends on besides its files."""
-    return [crane, *astuple(effort or Effort())]
-
-
-def _is_there(run: Run, folder: Path, asked: Sequence[object]) -> bool:
-    """Return whether an earlier call found the same for the same files, and its page is there."""
-    file = record_file(folder, run.name)
-    if not (file.exists() and (folder / run.name / PAGE).exists()):
-        return False
-    try:
-        record = json.loads(file.read_bytes())
-        return bool(record["status"] != FAILED and record["asked"] == asked and record["inputs"] == digest_of(run.wish))
-    except (ValueError, KeyError, TypeError, BimvoxError):
-        return False
+def _optimised(run: Run, folder: Path, *, crane: str | None, effort: Effort | None, fresh: bool) -> dict[str, Any]:
+    """Optimise a site, its plans one after the other, and return its record."""
+    digest, alone = digest_of(run.wish), Execution(jobs=1, fresh=fresh)
+    found = optimise(
+        run.wish.site, folder / run.name, crane=crane, effort=effort, execution=alone, progress=SilentProgress()
+    )
+    return {
+        **asked(run),
+        "status": _OPTIMISED,
+        "error": None,
+        "inputs": digest,
+        "asked": [crane, *astuple(effort or Effort())],
+        "found": found,
+    }
 
 
 def _row(record: Mapping[str, Any]) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import csv
 import hashlib
 import io
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +37,7 @@ from bimvox.site.crane_guess import machine_of_crane
 from bimvox.site.machine import cranes_of
 from bimvox_pipeline.fleet.command import fleet
 from bimvox_pipeline.fleet.runs import Wish, log_file, runs_of
-from bimvox_pipeline.fleet.schedule import Backend
+from bimvox_pipeline.fleet.schedule import Execution
 from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened, open_site
 from bimvox_pipeline.studio.saving import as_text
 from bimvox_pipeline.studio.setup import CraneSetup, Setup
@@ -170,9 +170,7 @@ def optimise(
     *,
     crane: str | None = None,
     effort: Effort | None = None,
-    backend: Backend = "loky",
-    jobs: int | None = None,
-    fresh: bool = False,
+    execution: Execution | None = None,
     progress: Progress,
 ) -> dict[str, Any]:
     """Try every machine at every place, plan the best set-ups in full, and return the document of ``--json``.
@@ -186,9 +184,7 @@ def optimise(
         crane: A kind of crane, or a machine of the catalogue; default: all machines.
         effort: How many set-ups are planned in full, and how many other yards are tried; no yards if trucks or parts
             have their places.
-        backend: Name of the backend that plans them.
-        jobs: Number of plans in parallel; default: one per processor core.
-        fresh: Plan again what an earlier call has planned.
+        execution: How they are planned; default: in processes on this machine.
         progress: Receives the stages.
 
     Raises:
@@ -201,7 +197,7 @@ def optimise(
     folder = check_folder(out or default_output(site, "-set-ups"))
     searched = search_set_ups(opened, str(site), machines, effort, folder, progress)
     search = searched.search
-    plans = _Plans(opened, search, folder, _Plant(backend, jobs, fresh), progress)
+    plans = _Plans(opened, search, folder, execution or Execution(), progress)
     chosen, planned = searched.planned(plans.of, effort)
     found = [*searched.found, *(one for one in chosen if one not in searched.found)]
     front = front_of(found)
@@ -257,15 +253,6 @@ def _as_linked(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     return {**document, **several, "baseline": linked(document["baseline"])}
 
 
-@dataclass(frozen=True, slots=True)
-class _Plant:
-    """What plans set-ups: the backend, the plans in parallel, and whether earlier ones are planned again."""
-
-    backend: Backend
-    jobs: int | None
-    fresh: bool
-
-
 class _Plans:
     """The plans of a site's set-ups, as documents; those of earlier calls are kept.
 
@@ -275,19 +262,20 @@ class _Plans:
         verified: Whether every plan is.
     """
 
-    def __init__(self, opened: Opened, search: Search, folder: Path, plant: _Plant, progress: Progress) -> None:
-        self._opened, self._search, self._folder, self._plant, self._progress = opened, search, folder, plant, progress
+    def __init__(self, opened: Opened, search: Search, folder: Path, execution: Execution, progress: Progress) -> None:
+        self._opened, self._search, self._folder = opened, search, folder
+        self._execution, self._progress = execution, progress
         self.standing_h = float(search.work.standing_s.sum()) / 3600.0
         self.given: dict[str, Any] = {}
         self.verified = False
 
     def of(self, chosen: Sequence[Tried]) -> list[dict[str, Any]]:
         """Return the plans of set-ups, in their order."""
-        site, search, plant = self._opened.site, self._search, self._plant
+        site, search = self._opened.site, self._search
         files = [_written(self._opened, one) for one in chosen]
         wishes = [Wish(path) for path in (site, *files)]
-        fresh = plant.fresh and not self.given
-        runs = fleet(wishes, self._folder, backend=plant.backend, jobs=plant.jobs, fresh=fresh, progress=self._progress)
+        execution = replace(self._execution, fresh=self._execution.fresh and not self.given)
+        runs = fleet(wishes, self._folder, execution=execution, progress=self._progress)
         by_site = {
             run.wish.site: {**record, "log": str(log_file(self._folder, run.name))}
             for run, record in zip(runs_of(wishes), runs["runs"], strict=True)

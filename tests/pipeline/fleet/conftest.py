@@ -4,6 +4,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from fleet_work import carry_out_in_process
 
 SAMPLES = Path(__file__).parents[3] / "sample_models"
 
@@ -21,4 +22,4 @@ def sites(tmp_path: Path) -> Path:
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Carry out runs inside this process, one after the other, because starting a process takes seconds."""
-    monkeypatch.setattr("bimvox_pipeline.fleet.schedule._carry_out_apart", lambda work, run, folder: work(run, folder))
+    carry_out_in_process(monkeypatch)

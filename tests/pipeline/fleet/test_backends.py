@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 from bimvox_pipeline.fleet.command import fleet, sweep, write_tables
-from bimvox_pipeline.fleet.runs import RECORDS, Run, Wish, log_file, record_file, runs_of
-from bimvox_pipeline.fleet.schedule import Work, carry_out_all, opened
+from bimvox_pipeline.fleet.runs import RECORDS, Run, Wish, Work, log_file, record_file, runs_of
+from bimvox_pipeline.fleet.schedule import Execution, carry_out_all, opened
 from fleet_work import dies_as_named, dies_once_and_plans, plans_with_a_policy_from_scratch
 
 from bimvox.errors import InputError
@@ -38,7 +38,7 @@ def test_the_results_are_the_same_to_the_byte(sites: Path, backend: str):
     )
     here, there = sites / "here", sites / "there"
     for folder, chosen, jobs in ((here, "loky", 1), (there, backend, 2)):
-        found = sweep(sites / "all.toml", folder, backend=chosen, jobs=jobs, progress=SilentProgress())
+        found = sweep(sites / "all.toml", folder, execution=Execution(chosen, jobs), progress=SilentProgress())  # type: ignore[arg-type]
         assert [run["run"] for run in found["runs"]] == ["paper", "paper-beside", "gone", "gone-beside"]
         assert [run["status"] for run in found["runs"]] == ["planned", "planned", "failed", "failed"]
         assert (found["failed"], found["verified"]) == (2, False)
@@ -64,15 +64,8 @@ def test_ctrl_c_does_not_reach_the_workers(backend: str):
 def carried_out(runs: Sequence[Run], folder: Path, backend: str, work: Work) -> dict[str, dict]:
     """Carry out runs, two at a time, and return their records by name."""
     (folder / RECORDS).mkdir(parents=True)
-    carry_out_all(
-        runs,
-        folder,
-        backend=backend,  # type: ignore[arg-type]
-        jobs=2,
-        address=None,
-        progress=SilentProgress(),
-        work=work,
-    )
+    execution = Execution(backend, jobs=2)  # type: ignore[arg-type]
+    carry_out_all(runs, folder, execution, work=work, progress=SilentProgress())
     assert not list(folder.glob("runs/*.begun"))
     return {run.name: json.loads(record_file(folder, run.name).read_bytes()) for run in runs}
 
@@ -93,7 +86,7 @@ def test_workers_that_die_change_no_byte(sites: Path, backend: str):
     paper = sites / "paper.site.toml"
     wishes = [Wish(paper, policy="none"), Wish(paper, sites / "beside.json", policy="none")]
     undisturbed = sites / "undisturbed"
-    fleet(wishes, undisturbed, backend="loky", jobs=1, progress=SilentProgress())
+    fleet(wishes, undisturbed, execution=Execution(jobs=1), progress=SilentProgress())
     records = carried_out(runs_of(wishes), sites / "out", backend, dies_once_and_plans)
     write_tables(sites / "out", list(records.values()))
     for name in sorted(file.name for file in undisturbed.iterdir() if file.suffix in (".mcap", ".csv")):

@@ -16,6 +16,7 @@ import pytest
 from bimvox_cli.main import run as command
 from bimvox_pipeline.fleet.command import COLUMNS, fleet
 from bimvox_pipeline.fleet.runs import RECORDS, Wish
+from bimvox_pipeline.fleet.schedule import Execution
 from full_disk import full_disk
 
 from bimvox.errors import FileError
@@ -24,8 +25,8 @@ from bimvox.progress import SilentProgress
 ROOT = Path(__file__).parents[3]
 
 
-def planned(sites: Path, *wishes: Wish, **options) -> dict:
-    return fleet(wishes, sites / "out", jobs=1, progress=SilentProgress(), **options)
+def planned(sites: Path, *wishes: Wish, fresh: bool = False) -> dict:
+    return fleet(wishes, sites / "out", execution=Execution(jobs=1, fresh=fresh), progress=SilentProgress())
 
 
 @pytest.mark.usefixtures("in_process")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -11,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bimvox_pipeline.fleet.runs import RECORDS, Run, Wish, failed, record_file, write_record
-from bimvox_pipeline.fleet.schedule import Work, begun_file, carry_out_all
+from bimvox_pipeline.fleet.runs import RECORDS, Run, Wish, Work, carry_out, failed, record_file
+from bimvox_pipeline.fleet.schedule import Execution, begun_file, carry_out_all
 
 from bimvox.progress import SilentProgress
 
@@ -40,34 +39,28 @@ class Backend:
     def start(self, *_: object) -> None:
         self.starts += 1
 
-    def carry_out(self, work: Work, run: Run, folder: Path) -> None:
+    def carry_out(self, work: Work, run: Run, folder: Path) -> bool:
         if run.name == "never":
             raise WorkerLostError
         self.tries[run.name] += 1
         begun_file(folder, run.name).write_text("its process ended (SIGKILL)")
         if self.tries[run.name] > self.deaths.get(run.name, 0):
-            work(run, folder)
-        elif run.name in self.breaks:
+            carry_out(work, run, folder)
+            return True
+        if run.name in self.breaks:
             raise WorkerLostError
+        return False
 
 
-def recorded(run: Run, folder: Path) -> None:
-    write_record(folder, failed(run, "tried", "", None))
+def tried(run: Run, folder: Path) -> dict[str, Any]:
+    return failed(run, "tried", "", None)
 
 
 def codes(folder: Path, names: str | list[str], progress: SilentProgress | None = None) -> dict[str, str]:
     """Carry out runs and return the codes of their records."""
     (folder / RECORDS).mkdir()
     runs = [Run(name, Wish(Path(name)), leads=True) for name in names]
-    carry_out_all(
-        runs,
-        folder,
-        backend="loky",
-        jobs=2,
-        address=None,
-        progress=progress or SilentProgress(),
-        work=recorded,
-    )
+    carry_out_all(runs, folder, Execution(jobs=2), work=tried, progress=progress or SilentProgress())
     assert not list(folder.glob("runs/*.begun"))
     return {name: json.loads(record_file(folder, name).read_bytes())["error"]["code"] for name in names}
 
@@ -97,22 +90,10 @@ def test_a_backend_that_begins_nothing_is_an_error(tmp_path: Path, monkeypatch: 
         codes(tmp_path, ["never"])
 
 
-def test_progress_counts_the_records_of_these_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    Backend(monkeypatch, {})
-    monkeypatch.setattr("bimvox_pipeline.fleet.schedule._LOOK_EVERY_S", 0.01)
-    (tmp_path / RECORDS).mkdir()
-    write_record(tmp_path, failed(Run("other", Wish(Path("other")), leads=True), "tried", "", None))
-    seen: list[tuple[str, int, int]] = []
+def test_progress_counts_the_runs_with_a_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    Backend(monkeypatch, {"b": 1, "c": 9})
     progress = SilentProgress()
-    monkeypatch.setattr(progress, "report", lambda *told: seen.append(told))
-
-    def recorded_and_seen(run: Run, folder: Path) -> None:
-        recorded(run, folder)
-        until = time.monotonic() + 10.0
-        while ("runs", "ab".index(run.name) + 1, 2) not in seen and time.monotonic() < until:
-            time.sleep(0.005)
-
-    runs = [Run(name, Wish(Path(name)), leads=True) for name in "ab"]
-    carry_out_all(runs, tmp_path, backend="loky", jobs=2, address=None, progress=progress, work=recorded_and_seen)
-    assert set(seen) >= {("runs", 1, 2), ("runs", 2, 2)}
-    assert not any(done > 2 for _, done, _ in seen)
+    seen: list[tuple[int, int | None]] = []
+    monkeypatch.setattr(progress, "shown", lambda: seen.append((progress.done, progress.total)))
+    codes(tmp_path, "abc", progress)
+    assert sorted({*seen}) == [(0, 3), (1, 3), (2, 3)]

@@ -10,9 +10,11 @@ from typing import Any
 
 import pytest
 from bimvox_cli.main import run as command
+from bimvox_pipeline.fleet.schedule import Execution
 from bimvox_pipeline.optimise import many_sites
 from bimvox_pipeline.optimise.many_sites import optimise_all
 from bimvox_pipeline.optimise.optimise import PAGE
+from fleet_work import carry_out_in_process
 
 from bimvox.errors import InputError
 from bimvox.progress import SilentProgress
@@ -26,7 +28,7 @@ def searched(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     names: list[str] = []
 
     def found(site: Path, out: Path, **asked: Any) -> dict[str, Any]:
-        assert asked["jobs"] == 1
+        assert asked["execution"].jobs == 1
         names.append(site.name)
         if site.name.startswith("hall"):
             raise InputError("no machine serves any part")
@@ -37,7 +39,7 @@ def searched(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         return {"parts": 6, "currency": "EUR", "verified": True, "baseline": given, "front": [fastest, cheapest]}
 
     monkeypatch.setattr(many_sites, "optimise", found)
-    monkeypatch.setattr("bimvox_pipeline.fleet.schedule._carry_out_apart", lambda work, run, folder: work(run, folder))
+    carry_out_in_process(monkeypatch)
     return names
 
 
@@ -49,8 +51,10 @@ def sites(tmp_path: Path) -> list[Path]:
     return [tmp_path / f"{name}.site.toml" for name in ("yard", "hall", "paper")]
 
 
-def optimised(sites: list[Path], **options: Any) -> dict[str, Any]:
-    return optimise_all(sites, sites[0].parent / "out", jobs=1, progress=SilentProgress(), **options)
+def optimised(sites: list[Path], *, fresh: bool = False, **options: Any) -> dict[str, Any]:
+    return optimise_all(
+        sites, sites[0].parent / "out", execution=Execution(jobs=1, fresh=fresh), progress=SilentProgress(), **options
+    )
 
 
 def test_each_site_is_a_row_of_the_table_and_of_the_page(sites: list[Path], searched: list[str]):

@@ -13,12 +13,13 @@ from xml.etree import ElementTree
 
 import pytest
 import shapely
-from bimvox_pipeline.fleet import schedule
+from bimvox_pipeline.fleet.schedule import Execution
 from bimvox_pipeline.optimise import optimise as command
 from bimvox_pipeline.optimise.optimise import optimise
 from bimvox_pipeline.site import init
 from bimvox_pipeline.studio.opened import open_site
 from bimvox_pipeline.studio.saving import save
+from fleet_work import carry_out_in_process
 from rough_search import read_once, time_few_lifts
 
 from bimvox.errors import FileError, InputError
@@ -52,12 +53,12 @@ def _is_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def run(site: Path, out: Path | None = None, **options: Any) -> dict[str, Any]:
     """Optimise with the first two hammerheads, if no other crane is asked for, and plan in this process."""
-    options = {"effort": Effort(2, 0, cranes=1), "crane": "hammerhead", "jobs": 1, **options}
+    options = {"effort": Effort(2, 0, cranes=1), "crane": "hammerhead", "execution": Execution(jobs=1), **options}
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(command, "machines_called", lambda crane: machines_called(crane)[:2])
         time_few_lifts(patched)
         read_once(patched)
-        patched.setattr(schedule, "_carry_out_apart", lambda work, run, folder: work(run, folder))
+        carry_out_in_process(patched)
         return optimise(site, out or site.parent / "found", progress=SilentProgress(), **options)
 
 
