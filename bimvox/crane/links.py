@@ -1,4 +1,4 @@
-"""A crane as links and joints, also as a URDF robot: the one model of the log's transforms, ROS 2 bags and GLB.
+"""A crane as links, joints and solids: the one model of the robot, the log, ROS 2 bags, GLB, pictures and the page.
 
 Frames: ``site`` (the site's frame), ``crane_base`` (foot of the slewing axis), ``jib`` (on the axis at the height of
 the rope exit, x along the jib), ``trolley``, ``hook`` (the hook's point, its block above it). Of a luffing crane:
@@ -10,17 +10,63 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m
 from bimvox.crane.tower_crane import AxisLimits, LuffingJib, TowerCrane
 
+COUNTER_JIB_SHARE = 0.28
+"""Length of a hammerhead's counter-jib as a share of its jib length."""
+HOOK_BLOCK_M = (0.5, 0.5, 1.0)
+"""Length, width and height of the hook block; its lowest point is the hook."""
+
 Vec3 = tuple[float, float, float]
-Box = tuple[str, Vec3, Vec3]
-"""Name, size and centre of a box in the frame of its link."""
+Line = tuple[Vec3, Vec3]
+Material = Literal["steel", "dark", "concrete", "glass"]
+
+
+class Box(NamedTuple):
+    """A solid, in the frame of its link, metres.
+
+    Attributes:
+        name: Unique in the crane.
+        low_m: Its lowest corner.
+        high_m: Its highest corner.
+        material: What it is made of.
+        lattice: What a drawing shows in its place (``struts``): nothing else, a mast, a jib or the deck of a
+            counter-jib.
+    """
+
+    name: str
+    low_m: Vec3
+    high_m: Vec3
+    material: Material = "steel"
+    lattice: Literal["", "mast", "jib", "deck"] = ""
+
+    @property
+    def size_m(self) -> Vec3:
+        """Its length, width and height."""
+        (a, b, c), (x, y, z) = self.low_m, self.high_m
+        return x - a, y - b, z - c
+
+    @property
+    def centre_m(self) -> Vec3:
+        """Its centre."""
+        (a, b, c), (x, y, z) = self.low_m, self.high_m
+        return (a + x) / 2.0, (b + y) / 2.0, (c + z) / 2.0
+
+
+class Stay(NamedTuple):
+    """A line between two links, which a drawing shows: a leg of the tower head, a tie, or a fall of the rope.
+
+    Each end is a link and a point in its frame, metres.
+    """
+
+    kind: Literal["leg", "tie", "rope"]
+    start: tuple[str, Vec3]
+    end: tuple[str, Vec3]
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,36 +121,92 @@ class Links:
     """A crane.
 
     Attributes:
-        boxes: The boxes of each link, by its name.
+        boxes: The solids of each link, by its name.
         joints: The joints from the site to the hook.
+        stays: Lines between links.
+        section_m: Width of the lattice of the jib.
     """
 
     boxes: dict[str, tuple[Box, ...]]
     joints: tuple[Joint, ...]
+    stays: tuple[Stay, ...]
+    section_m: float
+
+    def frames(self, joints: NDArray[np.float64]) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """Return each link's frame in the site's at joint positions ((3,)): origin (3,), and axes as columns (3, 3)."""
+        placed = {"site": (np.zeros(3), np.eye(3))}
+        for joint in self.joints:
+            (origin_m, axes), at_m, turn = placed[joint.parent], np.array(joint.origin_m), np.eye(3)
+            if joint.turns:
+                angle, a, b = joints[joint.column] * joint.axis[joint.along], joint.along - 2, joint.along - 1
+                turn[[a, a, b, b], [a, b, a, b]] = np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)
+            elif joint.limits is not None:
+                at_m = at_m + np.array(joint.axis) * joints[joint.column]
+            placed[joint.child] = origin_m + axes @ at_m, axes @ turn
+        return placed
 
 
 def links_of(crane: TowerCrane) -> Links:
-    """Return the links and joints of a crane."""
+    """Return the links, joints and solids of a crane."""
     return _hammerhead(crane) if crane.luffing is None else _luffing(crane, crane.luffing)
 
 
-_HOOK = (("hook", HOOK_BLOCK_M, (0.0, 0.0, HOOK_BLOCK_M[2] / 2.0)),)
+def counter_jib_m(crane: TowerCrane) -> float:
+    """Return the length of a hammerhead's counter-jib."""
+    return max(COUNTER_JIB_SHARE * crane.jib_length_m, 3.0 * crane.mast_size_m)
+
+
+def tower_head_m(crane: TowerCrane) -> float:
+    """Return the height of a hammerhead's tower head above its jib, metres."""
+    width = crane.mast_size_m
+    return min(max(0.12 * crane.jib_length_m, 2.0 * width), 5.0 * width)
+
+
 _NOWHERE = (0.0, 0.0, 0.0)
+_SIDES = (-1.0, 1.0)
+
+
+def _box(name: str, size_m: Vec3, centre_m: Vec3, material: Material = "steel") -> Box:
+    low, high = ([at + sign * size / 2.0 for at, size in zip(centre_m, size_m, strict=True)] for sign in _SIDES)
+    return Box(name, (low[0], low[1], low[2]), (high[0], high[1], high[2]), material)
+
+
+_HOOK = (_box("hook", HOOK_BLOCK_M, (0.0, 0.0, HOOK_BLOCK_M[2] / 2.0)),)
+
+
+def _tower(width: float, height: float) -> tuple[Box, ...]:
+    """Return the foot and the mast of a tower crane, in the frame of its base."""
+    half = width / 2.0
+    foot = _box("foot", (2.2 * width, 2.2 * width, 0.2 * width), (0.0, 0.0, 0.1 * width), "concrete")
+    return foot, Box("mast", (-half, -half, 0.0), (half, half, height), lattice="mast")
+
+
+def _jib(begins_m: float, ends_m: float, width: float) -> Box:
+    return Box("jib", (begins_m, -0.35 * width, 0.0), (ends_m, 0.35 * width, 0.8 * width), lattice="jib")
 
 
 def _hammerhead(crane: TowerCrane) -> Links:
-    mast, counter, long = crane.mast_size_m, counter_jib_m(crane), crane.jib_length_m
-    deck, height = mast / 2.0, crane.jib_height_m - crane.base_m[2]
+    w, back, long = crane.mast_size_m, counter_jib_m(crane), crane.jib_length_m
+    height = crane.jib_height_m - crane.base_m[2]
     boxes = {
-        "crane_base": (("mast", (mast, mast, height), (0.0, 0.0, height / 2.0)),),
+        "crane_base": _tower(w, height),
         "jib": (
-            ("jib", (long, deck, deck), (long / 2.0, 0.0, deck / 2.0)),
-            ("counter_jib", (counter, deck, deck), (-counter / 2.0, 0.0, deck / 2.0)),
-            ("counterweight", (mast, mast, mast), (-counter + mast / 2.0, 0.0, -mast / 2.0)),
+            _box("ring", (1.1 * w, 1.1 * w, 0.3 * w), (0.0, 0.0, -0.15 * w)),
+            _box("cab", (0.9 * w, 0.8 * w, 1.1 * w), (0.3 * w, 0.95 * w, -0.75 * w), "glass"),
+            _jib(w / 2.0, long + w / 2.0, w),
+            Box("counter_jib", (-back, -0.35 * w, 0.0), (0.0, 0.35 * w, 0.1 * w), lattice="deck"),
+            _box("counterweight", (0.2 * back, w, 1.3 * w), (-0.9 * back, 0.0, -0.5 * w), "concrete"),
         ),
-        "trolley": (("trolley", (deck, deck, 0.25), (0.0, 0.0, 0.125)),),
+        "trolley": (_box("trolley", (0.8 * w, 0.9 * w, 0.2 * w), (0.0, 0.0, -0.15 * w), "dark"),),
         "hook": _HOOK,
     }
+    apex = ("jib", (0.0, 0.0, tower_head_m(crane)))
+    stays = (
+        *(Stay("leg", ("jib", (a * w / 2.0, b * w / 2.0, 0.0)), apex) for a in _SIDES for b in _SIDES),
+        *(Stay("tie", apex, ("jib", (share * long, 0.0, 0.8 * w))) for share in (0.36, 0.74)),
+        *(Stay("tie", apex, ("jib", (-back, s * 0.35 * w, 0.0))) for s in _SIDES),
+        *(Stay("rope", ("trolley", (s * 0.18 * w, 0.0, -0.15 * w)), ("hook", (s * 0.1 * w, 0.0, 0.0))) for s in _SIDES),
+    )
     reach_m = (crane.min_radius_m, long)
     joints = (
         Joint("site_to_crane_base", "fixed", "site", "crane_base", crane.base_m),
@@ -112,34 +214,97 @@ def _hammerhead(crane: TowerCrane) -> Links:
         Joint("trolley", "prismatic", "jib", "trolley", _NOWHERE, (1, 0, 0), 1, crane.trolley, reach_m),
         Joint("hoist", "prismatic", "trolley", "hook", _NOWHERE, (0, 0, -1), 2, crane.hoist, (0.0, height)),
     )
-    return Links(boxes, joints)
+    return Links(boxes, joints, stays, w)
 
 
 def _luffing(crane: TowerCrane, jib: LuffingJib) -> Links:
-    foot, pivot_m = crane.mast_size_m, jib.pivot_height_m - crane.base_m[2]
-    tail_m = max(jib.pivot_height_m - jib.tail_low_m, 0.5)
-    tail = (jib.tail_radius_m, jib.tail_width_m, tail_m)
+    """Return a crane whose jib luffs: a tower crane, or a mobile crane on its outriggers."""
+    wide, back, foot_m = jib.width_m, jib.tail_radius_m, crane.base_m[2]
+    pivot_m, low_m = jib.pivot_height_m - foot_m, jib.tail_low_m - jib.pivot_height_m
+    tail_m, width, on_tower = max(0.8, -low_m), crane.mast_size_m, crane.kind == "luffing"
+    deck = _box(
+        "platform", (back + jib.pivot_offset_m, jib.tail_width_m, 0.4), ((jib.pivot_offset_m - back) / 2.0, 0.0, 0.0)
+    )
+    if not on_tower:
+        deck = _box("platform", (0.5 * width, jib.tail_width_m, -low_m), (0.0, 0.0, low_m / 2.0))
+    tail = (jib.tail_width_m / 2.0, low_m + tail_m)
     boxes = {
-        "crane_base": (("mast", (foot, foot, pivot_m), (0.0, 0.0, pivot_m / 2.0)),),
-        "platform": (("counterweight", tail, (-jib.tail_radius_m / 2.0, 0.0, -tail_m / 2.0)),),
-        "jib": (("jib", (jib.length_m, jib.width_m, jib.width_m), (jib.length_m / 2.0, 0.0, 0.0)),),
+        "crane_base": _tower(width, pivot_m) if on_tower else _carrier(width, jib.tail_low_m - foot_m),
+        "platform": (deck, Box("counterweight", (-back, -tail[0], low_m), (-0.6 * back, *tail), "concrete")),
+        "jib": (_jib(0.0, jib.length_m, wide),),
         "tip": (),
         "hook": _HOOK,
     }
-    foot_m, tip_m, rope_m = (
-        (jib.pivot_offset_m, 0.0, 0.0),
-        (jib.length_m, 0.0, 0.0),
-        jib.highest_tip_m - crane.base_m[2],
+    apex = ("platform", (-0.5 * back, 0.0, 0.22 * jib.length_m if on_tower else 2.0 * wide))
+    tip_m = (jib.length_m, 0.0, 0.0)
+    stays = (
+        *(Stay("leg", ("platform", (jib.pivot_offset_m, s * 0.4 * wide, 0.0)), apex) for s in _SIDES),
+        Stay("tie", apex, ("jib", tip_m)),
+        *(Stay("tie", apex, ("platform", (-back, s * 0.4 * wide, 0.0))) for s in _SIDES),
+        *(
+            Stay("rope", ("jib", (jib.length_m, s * 0.2 * wide, 0.0)), ("hook", (0.0, s * 0.1 * wide, 0.0)))
+            for s in _SIDES
+        ),
     )
+    pivot_at_m, rope_m = (jib.pivot_offset_m, 0.0, 0.0), jib.highest_tip_m - foot_m
     luff = (1, jib.limits, jib.luff_rad)
     joints = (
         Joint("site_to_crane_base", "fixed", "site", "crane_base", crane.base_m),
         Joint("slewing", "continuous", "crane_base", "platform", (0.0, 0.0, pivot_m), (0, 0, 1), 0, crane.slewing),
-        Joint("luffing", "revolute", "platform", "jib", foot_m, (0, -1, 0), *luff),
+        Joint("luffing", "revolute", "platform", "jib", pivot_at_m, (0, -1, 0), *luff),
         Joint("level", "revolute", "jib", "tip", tip_m, (0, 1, 0), *luff, follows="luffing"),
         Joint("hoist", "prismatic", "tip", "hook", _NOWHERE, (0, 0, -1), 2, jib.winch, (0.0, rope_m)),
     )
-    return Links(boxes, joints)
+    return Links(boxes, joints, stays, wide)
+
+
+def _carrier(width: float, top_m: float) -> tuple[Box, ...]:
+    """Return outrigger pads, their beams and the undercarriage of a mobile crane, below its superstructure."""
+    aside = 0.46 * width
+    return (
+        *(
+            _box(f"pad_{n}", (1.0, 1.0, 0.2), (a * aside, b * aside, 0.1), "concrete")
+            for n, (a, b) in enumerate(((-1, -1), (-1, 1), (1, -1), (1, 1)), start=1)
+        ),
+        *(_box(f"beam_{n}", (0.4, 2.0 * aside, 0.4), (a * aside, 0.0, 0.6)) for n, a in enumerate(_SIDES, start=1)),
+        _box("undercarriage", (1.25 * width, 2.6, top_m - 0.4), (0.0, 0.0, 0.5 * (0.5 + top_m)), "dark"),
+    )
+
+
+def struts(box: Box) -> tuple[list[Line], list[Line]]:
+    """Return chords and lacing of a solid that is a lattice, in the frame of its link, metres."""
+    (begins, side, _), (ends, _, top) = box.low_m, box.high_m
+    if box.lattice == "mast":
+        return _mast_struts(ends, top)
+    if box.lattice == "deck":
+        return [((ends, s * side, 0.0), (begins, s * side, 0.0)) for s in _SIDES], []
+    # Three chords, the upper one a panel shorter.
+    panels = max(2, round((ends - begins) / (1.1 * top / 0.8)))
+    step = (ends - begins) / panels
+    chords: list[Line] = [((begins, s * side, 0.0), (ends, s * side, 0.0)) for s in _SIDES]
+    chords.append(((begins + 0.5 * step, 0.0, top), (ends - 0.5 * step, 0.0, top)))
+    lacing: list[Line] = []
+    for n in range(panels):
+        x = begins + n * step
+        upper = (x + 0.5 * step, 0.0, top)
+        for s in _SIDES:
+            lacing += [((x, s * side, 0.0), upper), (upper, (x + step, s * side, 0.0))]
+        lacing.append(((x, -side, 0.0), (x, side, 0.0)))
+    return chords, lacing
+
+
+def _mast_struts(half: float, height: float) -> tuple[list[Line], list[Line]]:
+    """Return chords and lacing of a mast: one diagonal per panel and side, alternating, and a frame on each panel."""
+    corners = [(a * half, b * half) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    chords: list[Line] = [((*corner, 0.0), (*corner, height)) for corner in corners]
+    panels = max(1, round(height / (2.8 * half)))
+    lacing: list[Line] = []
+    for n in range(panels):
+        low, high = height * n / panels, height * (n + 1) / panels
+        for one, other in zip(corners, (*corners[1:], corners[0]), strict=True):
+            start, end = (other, one) if n % 2 else (one, other)
+            lacing += [((*start, low), (*end, high)), ((*one, high), (*other, high))]
+    return chords, lacing
 
 
 # As a URDF robot: links of boxes, joints ``slewing``, ``trolley`` or ``luffing``, and ``hoist``.
@@ -160,11 +325,15 @@ def urdf(crane: TowerCrane, prefix: str = "") -> str:
     for name, boxes in links.boxes.items():
         link = ET.SubElement(robot, "link", name=name)
         for box in boxes:
-            _add_box(link, *box)
+            for kind in ("visual", "collision"):
+                shape = ET.SubElement(link, kind, name=box.name)
+                ET.SubElement(shape, "origin", xyz=_numbers(box.centre_m), rpy="0 0 0")
+                ET.SubElement(ET.SubElement(shape, "geometry"), "box", size=_numbers(box.size_m))
     for joint in links.joints:
         _add_joint(robot, joint)
     _put_before(robot, prefix)
-    return _text(robot)
+    ET.indent(robot)
+    return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
 
 
 def _put_before(robot: ET.Element, prefix: str) -> None:
@@ -174,18 +343,6 @@ def _put_before(robot: ET.Element, prefix: str) -> None:
             names = element.tag in ("link", "joint") if key == "name" else element.tag in ("parent", "child", "mimic")
             if names and (name := element.get(key)) not in (None, "site"):
                 element.set(key, f"{prefix}{name}")
-
-
-def _text(robot: ET.Element) -> str:
-    ET.indent(robot)
-    return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
-
-
-def _add_box(link: ET.Element, name: str, size_m: Vec3, centre_m: Vec3) -> None:
-    for kind in ("visual", "collision"):
-        shape = ET.SubElement(link, kind, name=name)
-        ET.SubElement(shape, "origin", xyz=_numbers(centre_m), rpy="0 0 0")
-        ET.SubElement(ET.SubElement(shape, "geometry"), "box", size=_numbers(size_m))
 
 
 def _add_joint(robot: ET.Element, joint: Joint) -> None:

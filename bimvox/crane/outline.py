@@ -9,12 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from bimvox.crane.links import links_of, tower_head_m
 from bimvox.crane.tower_crane import TowerCrane
-
-COUNTER_JIB_SHARE = 0.28
-"""Length of a hammerhead's counter-jib as a share of its jib length."""
-HOOK_BLOCK_M = (0.5, 0.5, 1.0)
-"""Length, width and height of the hook block; its lowest point is the hook."""
 
 _UNDER_JIB_M = 0.5
 """Trolley and catwalk below the rope's exit."""
@@ -70,53 +66,39 @@ class CraneOutline:
 
 
 def outline_of(crane: TowerCrane) -> CraneOutline:
-    """Return the solids of a crane."""
+    """Return the solids of a crane, as its links have them."""
+    solids = {box.name: box for boxes in links_of(crane).boxes.values() for box in boxes}
     x, y, foot_m = crane.base_m
-    width = crane.mast_size_m
-    mast_half = width / 2.0**0.5
-    jib = crane.luffing
+    width, jib, top, tail = crane.mast_size_m, crane.luffing, highest_point_m(crane), solids["counterweight"]
     if jib is not None:
-        top = jib.highest_tip_m + jib.width_m / 2.0
         return CraneOutline(
             crane.name,
             (x, y),
             jib_end_m=jib.radii_m[1],
             jib_half_m=jib.width_m / 2.0,
             jib_m=(jib.pivot_height_m - jib.width_m / 2.0, top),
-            tail_m=jib.tail_radius_m,
-            tail_half_m=jib.tail_width_m / 2.0,
+            tail_m=-tail.low_m[0],
+            tail_half_m=tail.high_m[1],
             tail_height_m=(jib.tail_low_m, jib.pivot_height_m + jib.width_m),
-            mast_half_m=mast_half,
+            mast_half_m=width / 2.0**0.5,
             mast_height_m=(foot_m, jib.pivot_height_m),
             rope_top_m=jib.highest_tip_m,
             luffs=True,
         )
-    top = highest_point_m(crane)
     return CraneOutline(
         crane.name,
         (x, y),
-        jib_end_m=crane.jib_length_m + width / 2.0,
+        jib_end_m=solids["jib"].high_m[0],
         jib_half_m=width / 2.0,
         jib_m=(crane.jib_height_m - _UNDER_JIB_M, top),
-        tail_m=counter_jib_m(crane),
-        tail_half_m=width / 2.0,
+        tail_m=-solids["counter_jib"].low_m[0],
+        tail_half_m=tail.high_m[1],
         tail_height_m=(crane.jib_height_m - width, top),
-        mast_half_m=mast_half,
+        mast_half_m=width / 2.0**0.5,
         mast_height_m=(foot_m, top),
         rope_top_m=crane.jib_height_m,
         luffs=False,
     )
-
-
-def counter_jib_m(crane: TowerCrane) -> float:
-    """Return the length of a hammerhead's counter-jib."""
-    return max(COUNTER_JIB_SHARE * crane.jib_length_m, 3.0 * crane.mast_size_m)
-
-
-def tower_head_m(crane: TowerCrane) -> float:
-    """Return the height of a hammerhead's tower head above its jib, metres."""
-    width = crane.mast_size_m
-    return min(max(0.12 * crane.jib_length_m, 2.0 * width), 5.0 * width)
 
 
 def highest_point_m(crane: TowerCrane) -> float:
@@ -138,9 +120,3 @@ def mast_box_m(crane: TowerCrane) -> Box:
     half = crane.mast_size_m / 2.0
     top_m = crane.jib_height_m if crane.luffing is None else crane.luffing.pivot_height_m
     return (x - half, y - half, z), (x + half, y + half, top_m)
-
-
-# The crane as a URDF robot: links of boxes, joints ``slewing``, ``trolley`` or ``luffing``, and ``hoist``.
-#
-# The joint names and meanings are those of the log's joint states: slewing rad, trolley m from the slewing axis or
-# luffing rad above the horizontal, hoist m of rope below the jib. Specification: http://wiki.ros.org/urdf/XML.

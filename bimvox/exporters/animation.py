@@ -25,8 +25,6 @@ from bimvox.rendering.page.motions import keyframes
 from bimvox.site.component import KIND_RGB, STATE_RGB, Component, ConstructionState, Rgb
 from bimvox.site.site import Site
 
-Point = tuple[float, float, float]
-
 STRAIGHT_M = 0.005
 """Samples this close to the straight line between their neighbours are left out."""
 _TURNED = 1e-3
@@ -154,7 +152,7 @@ def _appears(writer: _GltfWriter, node: int, arrives_ns: int) -> None:
 
 
 def _crane(writer: _GltfWriter, log: PlanLog, number: int, crane: TowerCrane) -> None:
-    """Add mast, jib, trolley and rope, moved by the axes; the names of further cranes' nodes are numbered."""
+    """Add the links and the rope, moved by the axes; the names of further cranes' nodes are numbered."""
     samples = [motion.samples() for motion in log.motions if motion.crane == number]
     if not samples:
         return
@@ -162,44 +160,23 @@ def _crane(writer: _GltfWriter, log: PlanLog, number: int, crane: TowerCrane) ->
     axes = np.concatenate([values for _, values in samples])
     time_ns, first = np.unique(time_ns, return_index=True)
     times, axes = time_ns / 1e9, axes[first]
-    base, joints, parent = np.array(crane.base_m, np.float64), joints_of(crane, axes), 0
-    boxes = _crane_boxes(crane)
-    _box(writer, of_crane("mast", number), *boxes["mast"], base)
-    for joint in links_of(crane).joints[1:-1]:
-        name, origin_m = of_crane(joint.child, number), np.array(joint.origin_m)
-        if joint.child in boxes:
-            node = _box(writer, name, *boxes[joint.child], origin_m if parent else base + origin_m, parent)
-        else:
-            node = writer.node(name, translation_m=origin_m if joint.turns else None, parent=parent)
+    joints, links = joints_of(crane, axes), links_of(crane)
+    parent, rope_from = 0, 0
+    for joint in links.joints:
+        boxes = links.boxes[joint.child]
+        low, high = (np.array([box[corner] for box in boxes], np.float64) for corner in (1, 2))
+        name = of_crane("mast" if joint.child == "crane_base" else joint.child, number)
+        mesh = writer.mesh(*_boxes(low, high), _CRANE_RGB) if boxes else None
+        node = writer.node(name, mesh=mesh, translation_m=np.array(joint.origin_m), parent=parent)
         at = joints[:, joint.column]
         if joint.turns:
             _rotate(writer, node, times, at * joint.axis[joint.along], joint.along)
-        else:
+        elif joint.limits is not None:
             moved = at[:, None] * joint.axis
             kept = _kept(times, moved)
             writer.move(node, "translation", times[kept], moved[kept])
-        parent = node
-    _rope(writer, of_crane("rope", number), parent, times, joints[:, 2])
-
-
-def _crane_boxes(crane: TowerCrane) -> dict[str, tuple[Point, Point]]:
-    """Return the lowest and highest corner of mast or undercarriage, jib and platform, in the frames of their links."""
-    half, jib = crane.mast_size_m / 2, crane.luffing
-    top_m = crane.jib_height_m if jib is None else jib.pivot_height_m
-    mast = {"mast": ((-half, -half, 0.0), (half, half, top_m - crane.base_m[2]))}
-    if jib is None:
-        return mast | {"jib": ((-0.28 * crane.jib_length_m, -0.4, 0.0), (crane.jib_length_m, 0.4, 1.2))}
-    wide, tail, low_m = jib.width_m / 2, jib.tail_width_m / 2, jib.tail_low_m - jib.pivot_height_m
-    return mast | {
-        "platform": ((-jib.tail_radius_m, -tail, low_m), (max(jib.pivot_offset_m, 0.1), tail, 0.0)),
-        "jib": ((0.0, -wide, -wide), (jib.length_m, wide, wide)),
-    }
-
-
-def _box(writer: _GltfWriter, name: str, low: Point, high: Point, at_m: NDArray[np.float64], parent: int = 0) -> int:
-    """Add a node of the crane that shows a box, and return its number."""
-    mesh = writer.mesh(*_boxes(np.array([low]), np.array([high])), _CRANE_RGB)
-    return writer.node(name, mesh=mesh, translation_m=at_m, parent=parent)
+        parent, rope_from = node, parent
+    _rope(writer, of_crane("rope", number), rope_from, times, joints[:, 2])
 
 
 def _rotate(

@@ -15,8 +15,8 @@ from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletio
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from numpy.typing import NDArray
 
-from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m
-from bimvox.crane.tower_crane import LuffingJib, TowerCrane
+from bimvox.crane.links import links_of
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame, Label
 from bimvox.grid.summed_area import boxes_of
 from bimvox.kept import kept
@@ -42,11 +42,6 @@ _KIND_RGBA: dict[str, _Rgba] = {kind: _opaque(rgb) for kind, rgb in KIND_RGB.ite
 
 States = Mapping[int, ConstructionState | None]
 """States of components by their index; None: not to be seen. Of the others the state is as it was."""
-
-Boxes = dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]]
-"""Lowest corner and size of boxes, by the frame that they move with."""
-
-_HOOK_BLOCK = ((-HOOK_BLOCK_M[0] / 2, -HOOK_BLOCK_M[1] / 2, 0.0), HOOK_BLOCK_M)
 
 
 def component_frame(component_id: str) -> str:
@@ -130,17 +125,17 @@ class SceneUpdates:
         ]
 
     def _crane_entities(self, crane: TowerCrane, number: int, time_ns: int) -> list[Any]:
-        """Return jib, trolley and hook block as boxes in the frames that move with them."""
-        boxes = _hammerhead_boxes(crane) if crane.luffing is None else _luffing_boxes(crane.luffing)
+        """Return the solids of the links that move; the mast is among the site's blockers."""
         return [
             SceneEntity(
                 timestamp=stamp(time_ns),
                 frame_id=topics.of_crane(part, number),
                 id=topics.of_crane(part, number) if number else f"{CRANE_ID}/{part}",
                 frame_locked=True,
-                cubes=[_cube(low, size, colour(_KIND_RGBA["crane"]))],
+                cubes=[_cube(box.low_m, box.size_m, colour(_KIND_RGBA["crane"])) for box in boxes],
             )
-            for part, (low, size) in boxes.items()
+            for part, boxes in links_of(crane).boxes.items()
+            if boxes and part != "crane_base"
         ]
 
 
@@ -175,29 +170,6 @@ def _entity_bytes(
     )
     data: bytes = entity.SerializeToString()
     return data
-
-
-def _hammerhead_boxes(crane: TowerCrane) -> Boxes:
-    """Return jib with counter-jib, trolley and hook block: lowest corner and size in their frames."""
-    width_m, back_m = crane.mast_size_m, counter_jib_m(crane)
-    return {
-        "jib": ((-back_m, -width_m / 4, width_m / 4), (back_m + crane.jib_length_m, width_m / 2, width_m / 2)),
-        "trolley": ((-width_m / 4, -width_m / 4, 0.0), (width_m / 2, width_m / 2, width_m / 4)),
-        "hook": _HOOK_BLOCK,
-    }
-
-
-def _luffing_boxes(jib: LuffingJib) -> Boxes:
-    """Return jib, counterweight and hook block: lowest corner and size in their frames."""
-    width_m, tail_m = jib.width_m, max(0.5, jib.pivot_height_m - jib.tail_low_m)
-    return {
-        "jib": ((0.0, -width_m / 2, -width_m / 2), (jib.length_m, width_m, width_m)),
-        "platform": (
-            (-jib.tail_radius_m, -jib.tail_width_m / 2, -tail_m),
-            (jib.tail_radius_m, jib.tail_width_m, tail_m),
-        ),
-        "hook": _HOOK_BLOCK,
-    }
 
 
 def scene_messages(

@@ -35,7 +35,8 @@ def test_numbers_are_the_cranes():
     assert float(trolley.get("velocity")) == pytest.approx(crane.trolley.rate)
     assert by_name["hoist"].find("axis").get("xyz") == "0 0 -1"
     boxes = {shape.get("name") for shape in robot.iter("visual")}
-    assert boxes == {"mast", "jib", "counter_jib", "counterweight", "trolley", "hook"}
+    moved = {"ring", "cab", "jib", "counter_jib", "counterweight", "trolley", "hook"}
+    assert boxes == {"foot", "mast"} | moved
 
 
 def _hook_by_urdf(robot: ET.Element, values: dict[str, float]) -> np.ndarray:

@@ -8,8 +8,8 @@ import pytest
 from log_building import FRAME, tiny_plan
 from named_cranes import HAMMERHEADS, LUFFING_CRANES
 
-from bimvox.crane.links import urdf
-from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m, outline_of
+from bimvox.crane.links import HOOK_BLOCK_M, counter_jib_m, urdf
+from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.log.scene import STATE_RGBA, SceneUpdates, component_frame
 from bimvox.log.transforms import voxel_grid
@@ -98,14 +98,18 @@ def test_voxel_data_is_z_y_x() -> None:
     assert grid.data[offset] == expected[7, 2, 3]
 
 
-def crane_cubes(crane: TowerCrane) -> dict[str, object]:
+def crane_sizes_m(crane: TowerCrane) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return the lowest corner and the size of what the log shows of each link."""
     made = scene()
     made.site = replace(made.site, cranes=(crane,))
-    return {entity.id: entity.cubes[0] for entity in made.fixed(0).entities if entity.id.startswith("crane/")}
-
-
-def size_m(cube: object) -> tuple[float, float, float]:
-    return (cube.size.x, cube.size.y, cube.size.z)  # type: ignore[attr-defined]
+    found = {}
+    for entity in made.fixed(0).entities:
+        if entity.id.startswith("crane/"):
+            sizes = np.array([(cube.size.x, cube.size.y, cube.size.z) for cube in entity.cubes])
+            at = np.array([(c.pose.position.x, c.pose.position.y, c.pose.position.z) for c in entity.cubes])
+            low, high = (at - sizes / 2).min(axis=0), (at + sizes / 2).max(axis=0)
+            found[entity.id] = (low, high - low)
+    return found
 
 
 def urdf_boxes(crane: TowerCrane) -> dict[str, list[float]]:
@@ -120,15 +124,14 @@ def urdf_boxes(crane: TowerCrane) -> dict[str, list[float]]:
 def test_log_robot_and_picture_draw_the_hook_block_of_the_same_size(crane: TowerCrane) -> None:
     pose = CranePose(0.0, 0.5 * (crane.min_radius_m + crane.jib_length_m), 8.0)
     drawn = next(block for block in crane_parts(crane, pose).blocks if np.allclose(block.centre_m[2], 8.5))
-    assert size_m(crane_cubes(crane)["crane/hook"]) == pytest.approx(HOOK_BLOCK_M)
+    assert crane_sizes_m(crane)["crane/hook"][1] == pytest.approx(HOOK_BLOCK_M)
     assert urdf_boxes(crane)["hook"] == pytest.approx(HOOK_BLOCK_M)
     assert 2.0 * drawn.half_m.sum(axis=0) == pytest.approx(HOOK_BLOCK_M)
 
 
 @pytest.mark.parametrize("crane", HAMMERHEADS, ids=lambda crane: crane.name)
 def test_log_robot_picture_and_separation_have_one_counter_jib(crane: TowerCrane) -> None:
-    jib = crane_cubes(crane)["crane/jib"]
-    back_m = size_m(jib)[0] / 2 - jib.pose.position.x  # type: ignore[attr-defined]
+    back_m = -crane_sizes_m(crane)["crane/jib"][0][0]
     blocks = crane_parts(replace(crane, base_m=(0.0, 0.0, 0.0)), CranePose(0.0, 10.0, 8.0)).blocks
     drawn_m = max(float(np.abs(block.half_m[:, 0]).sum() - block.centre_m[0]) for block in blocks)
     assert back_m == pytest.approx(counter_jib_m(crane))

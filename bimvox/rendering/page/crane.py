@@ -1,25 +1,23 @@
-"""The crane as lines and boxes attached to the joints that move them, derived from the drawing of a crane in a pose."""
+"""The crane as lines and boxes attached to the joints that move them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
-from bimvox.crane.kinematics import hook_of
+from bimvox.crane.links import links_of
 from bimvox.crane.machine import identity
-from bimvox.crane.tower_crane import CranePose, LuffingJib, TowerCrane, luff_of_radius
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.records.declared import LATER, Count, Maybe, Record, Several
 from bimvox.rendering.page.geometry import COLOUR, NUMBERS, Blob
-from bimvox.rendering.pictures.cranes import CraneParts, crane_parts
+from bimvox.rendering.pictures.cranes import MATERIAL_RGB, lines_of
 from bimvox.site.config.validation import Point3
 
 FIXED, SLEWING, TROLLEY, HOOK, LUFFING = range(5)
 """Joints that move a point: none; slewing; slewing and trolley; all three axes; slewing and luffing."""
-_SAME_M = 1e-6
+_NOWHERE = (0.0, 0.0, 0.0)
 
 _LINES = Record(
     "PageLines",
@@ -87,62 +85,30 @@ def crane_record(crane: TowerCrane, blob: Blob) -> dict[str, Any]:
     Coordinates are in the joint's frame: relative to the foot of the slewing axis at z = 0, at slewing angle, radius
     and height 0; on a luffing jib relative to its pivot, x along the jib.
     """
-    jib = crane.luffing
-    rest = CranePose(0.0, 0.5 * crane.jib_length_m, 0.5 * crane.jib_height_m)
-    poses = (
-        rest,
-        CranePose(0.7, rest.radius_m, rest.height_m),
-        CranePose(0.0, 0.6 * crane.jib_length_m, rest.height_m),
-        CranePose(0.0, rest.radius_m, 0.4 * crane.jib_height_m),
-    )
-    drawn = [crane_parts(crane, pose) for pose in poses]
-    zero = np.array([hook_of(crane, 0.0, 0.0, 0.0)] * 2 + [hook_of(crane, 0.0, rest.radius_m, 0.0)])
-    zero = np.concatenate([zero, [hook_of(crane, 0.0, rest.radius_m, rest.height_m)]])
-    zero[FIXED] = 0.0
-
-    def on_joints(points: Callable[[CraneParts], NDArray[np.float64]]) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
-        at, slewed, trolleyed, hoisted = (points(parts) for parts in drawn)
-        joint = np.zeros(at.shape[:-1], np.uint8)
-        for number, moved in ((SLEWING, slewed), (TROLLEY if jib is None else LUFFING, trolleyed), (HOOK, hoisted)):
-            joint[np.linalg.norm(moved - at, axis=-1) > _SAME_M] = number
-        if jib is not None:
-            return _on_jib(crane, jib, rest, at, joint, at - zero[np.where(joint == LUFFING, FIXED, joint)]), joint
-        # A point on the slewing axis looks the same whether it slews or not.
-        return at - zero[joint], joint
-
-    segments, joints = on_joints(lambda parts: np.concatenate([s.segments_m for s in parts.strokes]).reshape(-1, 3))
-    styles = [
-        [*stroke.rgb, stroke.width_px, stroke.width_m]
-        for stroke in drawn[0].strokes
-        for _ in range(len(stroke.segments_m))
-    ]
-    centres, owners = on_joints(lambda parts: np.array([block.centre_m for block in parts.blocks]))
-    lines = [blob.put(each) for each in (segments.astype(np.float32), joints, np.array(styles, np.float32))]
+    jib, links = crane.luffing, links_of(crane)
+    slewing_m = (0.0, 0.0, crane.jib_height_m if jib is None else jib.pivot_height_m)
+    on = {
+        "crane_base": (FIXED, crane.base_m),
+        "jib": (SLEWING, slewing_m) if jib is None else (LUFFING, _NOWHERE),
+        "platform": (SLEWING, slewing_m),
+        "trolley": (TROLLEY, slewing_m),
+        "hook": (HOOK, _NOWHERE),
+    }
+    lines = [(style, ends) for style, several in lines_of(crane) for ends in several]
+    points = [np.array(point) + on[link][1] for _, ends in lines for link, point in ends]
+    joints = [on[link][0] for _, ends in lines for link, _ in ends]
+    styles = [(*style.rgb, style.width_px, style.width_m) for style, _ in lines]
     blocks = [
-        _BLOCK.made(centre.tolist(), block.half_m.tolist(), list(block.rgb), int(joint))
-        for block, centre, joint in zip(drawn[0].blocks, centres, owners, strict=True)
+        _BLOCK.made(
+            (np.array(box.centre_m) + on[link][1]).tolist(),
+            np.diag(np.array(box.size_m) / 2.0).tolist(),
+            list(MATERIAL_RGB[box.material]),
+            on[link][0],
+        )
+        for link, boxes in links.boxes.items()
+        for box in boxes
+        if not box.lattice
     ]
-    return identity(crane) | CRANE.of(crane) | {"lines": _LINES.made(*lines), "blocks": blocks}
-
-
-def _on_jib(
-    crane: TowerCrane,
-    jib: LuffingJib,
-    rest: CranePose,
-    at: NDArray[np.float64],
-    joint: NDArray[np.uint8],
-    others: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Return the points of a luffing jib relative to its pivot, x along the jib; other points unchanged."""
-    luff = float(luff_of_radius(jib, np.array([rest.radius_m]))[0])
-    pivot = np.array([crane.base_m[0] + jib.pivot_offset_m, crane.base_m[1], jib.pivot_height_m])
-    away = at - pivot
-    turned = np.stack(
-        [
-            np.cos(luff) * away[..., 0] + np.sin(luff) * away[..., 2],
-            away[..., 1],
-            np.cos(luff) * away[..., 2] - np.sin(luff) * away[..., 0],
-        ],
-        axis=-1,
-    )
-    return np.where((joint == LUFFING)[..., None], turned, others)
+    numbers = (np.array(points, np.float32), np.array(joints, np.uint8), np.array(styles, np.float32))
+    drawn = _LINES.made(*(blob.put(each) for each in numbers))
+    return identity(crane) | CRANE.of(crane) | {"lines": drawn, "blocks": blocks}

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bimvox.crane.outline import HOOK_BLOCK_M, counter_jib_m, tower_head_m
-from bimvox.crane.tower_crane import CranePose, LuffingJib, TowerCrane, luff_of_radius, tip_height_m
+from bimvox.crane.kinematics import joints_of
+from bimvox.crane.links import Line, Vec3, counter_jib_m, links_of, struts
+from bimvox.crane.tower_crane import CranePose, TowerCrane, tip_height_m
 from bimvox.records.motion import LiftMotion
 from bimvox.rendering.colours import CONCRETE, CRANE, CRANE_EDGE, ROPE
 from bimvox.rendering.pictures.scene import Block, Layer, Strokes
@@ -73,11 +75,7 @@ def building_centre_m(site: Site) -> NDArray[np.float64]:
     return middle
 
 
-# The elements of every drawn crane: lattice masts and jibs, and boxes.
-
-Vec = NDArray[np.float64]
-_Lines = list[tuple[Vec, Vec]]
-UP = np.array([0.0, 0.0, 1.0])
+# A crane as lattice lines and a few boxes, in a pose.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,203 +91,81 @@ class CraneParts:
 
     strokes: tuple[Strokes, ...]
     blocks: tuple[Block, ...]
-    points_m: Vec
+    points_m: NDArray[np.float64]
 
 
-def _mast_lattice(base: Vec, width: float, top_m: float) -> tuple[_Lines, _Lines]:
-    """Return chords and lacing of the mast: one diagonal per panel and side, alternating."""
-    corners = [np.array([a, b, 0.0]) * width / 2.0 for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    height = top_m - base[2]
-    chords = [(base + corner, base + corner + UP * height) for corner in corners]
-    panels = max(1, round(height / (1.4 * width)))
-    lacing = []
-    for n in range(panels):
-        low, high = UP * height * n / panels, UP * height * (n + 1) / panels
-        for side in range(4):
-            start, end = corners[side], corners[(side + 1) % 4]
-            if n % 2:
-                start, end = end, start
-            lacing.append((base + start + low, base + end + high))
-            lacing.append((base + corners[side] + high, base + corners[(side + 1) % 4] + high))
-    return chords, lacing
-
-
-def _jib_lattice(foot: Vec, tip: Vec, aside: Vec, width: float, up: Vec = UP) -> tuple[_Lines, _Lines]:
-    """Return chords and lacing of a jib with three chords, the upper one a panel shorter."""
-    side, ridge = 0.35 * width * aside, 0.8 * width * up
-    length = float(np.linalg.norm(tip - foot))
-    panels = max(2, round(length / (1.1 * width)))
-    step = (tip - foot) / panels
-    chords = [(foot - side, tip - side), (foot + side, tip + side)]
-    chords.append((foot + ridge + 0.5 * step, tip + ridge - 0.5 * step))
-    lacing = []
-    for n in range(panels):
-        upper = foot + ridge + (n + 0.5) * step
-        for s in (-1.0, 1.0):
-            lacing += [(foot + n * step + s * side, upper), (upper, foot + (n + 1) * step + s * side)]
-        lacing.append((foot + n * step - side, foot + n * step + side))
-    return chords, lacing
-
-
-def _crane_strokes(
-    ties: _Lines, lacing: _Lines, chords: _Lines, ropes: _Lines, width: float, thick: float
-) -> tuple[Strokes, ...]:
-    """Return the strokes of a crane: ties and ropes as thin lines, lacing and chords with a dark rim.
-
-    ``width`` is that of the lattice, ``thick`` that of a chord, metres.
-    """
-
-    def strokes(lines: _Lines, rgb: Rgb, width_px: float, width_m: float, edge: Rgb | None = None) -> Strokes:
-        return Strokes(np.array(lines), rgb, width_px, width_m, edge=edge, layer=Layer.CRANE)
-
-    return (
-        strokes(ties, CRANE_EDGE, 0.9, 0.02 * width),
-        strokes(lacing, CRANE, 0.9, 0.6 * thick, CRANE_EDGE),
-        strokes(chords, CRANE, 1.5, thick, CRANE_EDGE),
-        strokes(ropes, ROPE, 1.1, 0.02 * width),
-    )
-
-
-def _block_of(centre: Vec, along: Vec, aside: Vec, size: tuple[float, float, float], rgb: Rgb) -> Block:
-    """Return a box from its centre, the directions of its edges in plan, and their lengths."""
-    half = np.stack([along * size[0] / 2.0, aside * size[1] / 2.0, UP * size[2] / 2.0])
-    return Block(centre, half, rgb)
-
-
-def _hook_block(hook: Vec, along: Vec, aside: Vec) -> Block:
-    """Return the hook block above the hook's point."""
-    return _block_of(hook + UP * HOOK_BLOCK_M[2] / 2.0, along, aside, HOOK_BLOCK_M, CRANE)
-
-
-# A crane whose jib luffs as lattice lines and a few boxes: a tower crane, or a mobile crane on its outriggers.
-
-_PADS = ((-1, -1), (-1, 1), (1, -1), (1, 1))
-
-
-def _luffing_parts(crane: TowerCrane, jib: LuffingJib, pose: CranePose, load_m: ArrayLike | None) -> CraneParts:
-    """Return the lines and boxes of a crane whose jib luffs; see ``crane_parts``."""
-    base, width, wide = np.array(crane.base_m), crane.mast_size_m, jib.width_m
-    along = np.array([np.cos(pose.slew_rad), np.sin(pose.slew_rad), 0.0])
-    aside = np.array([-along[1], along[0], 0.0])
-    luff = float(luff_of_radius(jib, np.array([pose.radius_m]))[0])
-    direction = np.cos(luff) * along + np.sin(luff) * UP
-    normal = np.cos(luff) * UP - np.sin(luff) * along
-    axis = np.array([base[0], base[1], jib.pivot_height_m])
-    foot = axis + jib.pivot_offset_m * along
-    tip = foot + jib.length_m * direction
-    rear = axis - jib.tail_radius_m * along
-    apex = (
-        axis - 0.5 * jib.tail_radius_m * along + UP * (0.22 * jib.length_m if crane.kind == "luffing" else 2.0 * wide)
-    )
-    chords, lacing = _jib_lattice(foot, tip, aside, wide, normal)
-    hook = tip.copy()
-    hook[2] = pose.height_m
-    falls = [(tip + s * 0.2 * wide * aside, hook + s * 0.1 * wide * aside) for s in (-1.0, 1.0)]
-    slings = [] if load_m is None else [(hook, point) for point in np.asarray(load_m, np.float64)]
-    side = 0.4 * wide * aside
-    ties = [(apex, tip), *((apex, rear + s * side) for s in (-1.0, 1.0))]
-    legs = [(foot + s * side, apex) for s in (-1.0, 1.0)]
-    east, north = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
-    blocks = _footing(crane, jib, base, along, aside, east, north)
-    tail_m = max(0.8, jib.pivot_height_m - jib.tail_low_m)
-    blocks += [
-        _block_of(
-            rear + along * 0.2 * jib.tail_radius_m + UP * (jib.tail_low_m + tail_m / 2.0 - jib.pivot_height_m),
-            along, aside, (0.4 * jib.tail_radius_m, jib.tail_width_m, tail_m), CONCRETE,
-        ),
-        _hook_block(hook, along, aside),
-    ]  # fmt: skip
-    if crane.kind == "luffing":
-        mast_chords, mast_lacing = _mast_lattice(base, width, jib.pivot_height_m)
-        chords, lacing = chords + mast_chords, lacing + mast_lacing
-    strokes = _crane_strokes(ties, lacing, chords + legs, falls + slings, wide, 0.06 * wide)
-    return CraneParts(strokes, tuple(blocks), np.array([base, apex, tip, hook, rear]))
-
-
-def _footing(
-    crane: TowerCrane, jib: LuffingJib, base: Vec, along: Vec, aside: Vec, east: Vec, north: Vec
-) -> list[Block]:
-    """Return the foot of the mast, or undercarriage, outrigger pads and superstructure."""
-    width = crane.mast_size_m
-    if crane.kind == "luffing":
-        platform = (jib.tail_radius_m + jib.pivot_offset_m, jib.tail_width_m, 0.4)
-        centre = (
-            np.array([base[0], base[1], jib.pivot_height_m]) + 0.5 * (jib.pivot_offset_m - jib.tail_radius_m) * along
-        )
-        return [
-            _block_of(base + UP * 0.1 * width, east, north, (2.2 * width, 2.2 * width, 0.2 * width), CONCRETE),
-            _block_of(centre, along, aside, platform, CRANE),
-        ]
-    pads = [
-        _block_of(base + 0.46 * width * (a * east + b * north) + UP * 0.1, east, north, (1.0, 1.0, 0.2), CONCRETE)
-        for a, b in _PADS
-    ]
-    beams = [
-        _block_of(base + 0.46 * width * a * east + UP * 0.6, east, north, (0.4, 0.92 * width, 0.4), CRANE)
-        for a in (-1, 1)
-    ]
-    low = jib.tail_low_m
-    return [
-        *pads,
-        *beams,
-        _block_of(base + UP * 0.5 * (0.5 + low), east, north, (1.25 * width, 2.6, low - 0.4), CRANE_EDGE),
-        _block_of(
-            base + UP * 0.5 * (low + jib.pivot_height_m), along, aside,
-            (0.5 * width, jib.tail_width_m, jib.pivot_height_m - low), CRANE,
-        ),
-    ]  # fmt: skip
-
-
-# A crane as lattice lines and a few boxes, in a pose.
-
+MATERIAL_RGB: dict[str, Rgb] = {"steel": CRANE, "dark": CRANE_EDGE, "concrete": CONCRETE, "glass": (196, 206, 214)}
 _BEYOND = 0.1
+
+
+class Style(NamedTuple):
+    """How lines of a crane are drawn; see ``Strokes``."""
+
+    rgb: Rgb
+    width_px: float
+    width_m: float
+    edge: Rgb | None
+
+
+Ends = tuple[tuple[str, Vec3], tuple[str, Vec3]]
+"""Each end of a line: a link, and a point in its frame, metres."""
+
+
+def lines_of(crane: TowerCrane) -> list[tuple[Style, list[Ends]]]:
+    """Return the lines of a drawn crane by their style: ties, lacing, chords and ropes, in the order of drawing."""
+    links = links_of(crane)
+    chords: list[Ends] = []
+    lacing: list[Ends] = []
+
+    def on(link: str, lines: list[Line]) -> list[Ends]:
+        return [((link, start), (link, end)) for start, end in lines]
+
+    for link, boxes in links.boxes.items():
+        for box in boxes:
+            if box.lattice:
+                strong, weak = struts(box)
+                chords += on(link, strong)
+                lacing += on(link, weak)
+    ties, legs, ropes = ([stay[1:] for stay in links.stays if stay.kind == kind] for kind in ("tie", "leg", "rope"))
+    width = links.section_m
+    thick = (0.08 if crane.luffing is None else 0.06) * width
+    return [
+        (Style(CRANE_EDGE, 0.9, 0.02 * width, None), ties),
+        (Style(CRANE, 0.9, 0.6 * thick, CRANE_EDGE), lacing),
+        (Style(CRANE, 1.5, thick, CRANE_EDGE), chords + legs),
+        (Style(ROPE, 1.1, 0.02 * width, None), ropes),
+    ]
 
 
 def crane_parts(crane: TowerCrane, pose: CranePose, load_m: ArrayLike | None = None) -> CraneParts:
     """Return the lines and boxes of a crane; ``load_m`` are (N, 3) lifting points of the load, None without one."""
-    if crane.luffing is not None:
-        return _luffing_parts(crane, crane.luffing, pose, load_m)
-    base, width, top_m = np.array(crane.base_m), crane.mast_size_m, crane.jib_height_m
-    along = np.array([np.cos(pose.slew_rad), np.sin(pose.slew_rad), 0.0])
-    aside = np.array([-along[1], along[0], 0.0])
-    east, north = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
-    axis = np.array([base[0], base[1], top_m])
-    back = counter_jib_m(crane)
-    apex = axis + UP * tower_head_m(crane)
-    tip = axis + along * (crane.jib_length_m + 0.5 * width)
-    rear = axis - along * back
+    links, axes = links_of(crane), np.array([[pose.slew_rad, pose.radius_m, pose.height_m]])
+    frames = links.frames(joints_of(crane, axes)[0])
 
-    mast_chords, mast_lacing = _mast_lattice(base, width, top_m)
-    jib_chords, jib_lacing = _jib_lattice(axis + along * 0.5 * width, tip, aside, width)
-    side = 0.35 * width * aside
-    deck = [(axis + s * side, rear + along * 0.05 * back + s * side) for s in (-1.0, 1.0)]
-    legs = [(axis + 0.5 * width * (a * along + b * aside), apex) for a, b in ((-1, -1), (-1, 1), (1, -1), (1, 1))]
-    ridge = UP * 0.8 * width
-    ties = [
-        (apex, axis + along * 0.36 * crane.jib_length_m + ridge),
-        (apex, axis + along * 0.74 * crane.jib_length_m + ridge),
-        *((apex, rear + s * side) for s in (-1.0, 1.0)),
+    def at(points: Sequence[tuple[str, Vec3]]) -> NDArray[np.float64]:
+        """Return (N, 3) points of links in the site's frame."""
+        rows = [frames[link][0] + frames[link][1] @ np.array(point) for link, point in points]
+        return np.array(rows).reshape(-1, 3)
+
+    slings = [] if load_m is None else [(at([("hook", (0.0, 0.0, 0.0))])[0], point) for point in np.asarray(load_m)]
+    strokes = []
+    for style, lines in lines_of(crane):
+        segments_m = at([end for line in lines for end in line]).reshape(-1, 2, 3)
+        if slings and style.rgb == ROPE:
+            segments_m = np.concatenate([segments_m, np.array(slings, np.float64)])
+        rgb, width_px, width_m, edge = style
+        strokes.append(Strokes(segments_m, rgb, width_px, width_m, edge=edge, layer=Layer.CRANE))
+    blocks = [
+        Block(at([(link, box.centre_m)])[0], (frames[link][1] * box.size_m).T / 2.0, MATERIAL_RGB[box.material])
+        for link, boxes in links.boxes.items()
+        for box in boxes
+        if not box.lattice
     ]
-    hook = axis + along * pose.radius_m
-    hook[2] = pose.height_m
-    trolley = hook.copy()
-    trolley[2] = top_m - 0.15 * width
-    falls = [(trolley + s * 0.18 * width * along, hook + s * 0.1 * width * along) for s in (-1.0, 1.0)]
-    slings = [] if load_m is None else [(hook, point) for point in np.asarray(load_m, np.float64)]
-    chords = mast_chords + jib_chords + deck + legs
-    strokes = _crane_strokes(ties, mast_lacing + jib_lacing, chords, falls + slings, width, 0.08 * width)
-    blocks = (
-        _block_of(base + UP * 0.1 * width, east, north, (2.2 * width, 2.2 * width, 0.2 * width), CONCRETE),
-        _block_of(axis - UP * 0.15 * width, along, aside, (1.1 * width, 1.1 * width, 0.3 * width), CRANE),
-        _block_of(
-            axis + aside * 0.95 * width + along * 0.3 * width - UP * 0.75 * width,
-            along, aside, (0.9 * width, 0.8 * width, 1.1 * width), (196, 206, 214),
-        ),
-        _block_of(
-            rear + along * 0.1 * back - UP * 0.5 * width, along, aside, (0.2 * back, width, 1.3 * width), CONCRETE,
-        ),
-        _block_of(trolley, along, aside, (0.8 * width, 0.9 * width, 0.2 * width), CRANE_EDGE),
-        _hook_block(hook, along, aside),
-    )  # fmt: skip
-    shown = axis + along * min(pose.radius_m + _BEYOND * crane.jib_length_m, crane.jib_length_m) + ridge
-    return CraneParts(strokes, blocks, np.array([base, apex, shown, hook, axis - along * _BEYOND * back]))
+    apex = next(stay.start for stay in links.stays if stay.kind == "tie")
+    if crane.luffing is None:
+        shown_m = min(pose.radius_m + _BEYOND * crane.jib_length_m, crane.jib_length_m)
+        ends = [("jib", (shown_m, 0.0, 0.8 * crane.mast_size_m)), ("jib", (-_BEYOND * counter_jib_m(crane), 0.0, 0.0))]
+    else:
+        ends = [("tip", (0.0, 0.0, 0.0)), ("platform", (-crane.luffing.tail_radius_m, 0.0, 0.0))]
+    foot, hook = ("crane_base", (0.0, 0.0, 0.0)), ("hook", (0.0, 0.0, 0.0))
+    return CraneParts(tuple(strokes), tuple(blocks), at([foot, apex, ends[0], hook, ends[1]]))
