@@ -297,8 +297,7 @@ def test_a_proof_that_fails_about_the_whole_plan_writes_nothing(site_folder, mon
 
 def test_a_crane_too_weak_for_everything_is_reported_before_training(site_folder):
     text = (site_folder / "frame.site.toml").read_text()
-    weak = "[crane.override]\nchart = [[30.0, 600.0]]\n\n# Settings of a part"
-    (site_folder / "frame.site.toml").write_text(text.replace("# Settings of a part", weak, 1))
+    (site_folder / "frame.site.toml").write_text(f"{text}\n[crane.override]\nchart = [[30.0, 600.0]]\n")
     with pytest.raises(NoPlanError, match=r"governing radius .* carries 600 kg"):
         plan_again(site_folder)
     assert not (site_folder / "again.mcap").exists()

@@ -26,7 +26,7 @@ def test_a_site_in_map_coordinates_gives_the_same_plan_and_is_proven(tmp_path: P
     on_map = inspect(tmp_path / "a.site.toml", told)["map"]
     text = (tmp_path / "a.site.toml").read_text()
     (crane,) = on_map["cranes"].values()
-    text = text.replace("[model]", 'coordinates = "map"\n[model]', 1)
+    text = text.replace('coordinates = "site"', 'coordinates = "map"', 1)
     text = re.sub(r"(?m)^base_m = \[[^]]*\]", f"base_m = {crane}", text)
     text = re.sub(r"(?m)^construction = .*$", f"construction = {[at[:2] for at in on_map['construction']]}", text)
     text = re.sub(r"(?m)^yard = .*$", f"yard = {[[at[:2] for at in one] for one in on_map['yard']]}", text)

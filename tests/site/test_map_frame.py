@@ -101,7 +101,7 @@ def test_areas_zones_and_cranes_are_read_in_map_coordinates() -> None:
     assert found.zone[0].polygon == ((0.0, -9.0), (4.0, -9.0), (4.0, -5.0))
     assert read_from_map(found, building()) is found
     assert parse_site_config(site_toml(given), "site.toml").coordinates == "map"
-    assert "coordinates =" not in site_toml(found)
+    assert parse_site_config(site_toml(found), "site.toml").coordinates == "site"
 
 
 @given(yaw_deg=st.floats(-180, 180), model_yaw_rad=st.floats(-3, 3), scale=st.sampled_from([1.0, 0.9996]))

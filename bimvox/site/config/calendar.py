@@ -128,23 +128,23 @@ class CalendarConfig(Table):
     Without ``start`` and without ``--start`` there are no dates.
     """
 
-    start: Day | None = None
-    """First day of work, such as ``2026-03-09``; the first shift begins it."""
+    start: Day | None = Field(default=None, examples=[date(2026, 3, 9)])
+    """First day of work; the first shift begins it."""
     days: Annotated[tuple[DayName, ...], Field(min_length=1, max_length=7)] = ("Mon", "Tue", "Wed", "Thu", "Fri")
     """Working days of a week."""
     shifts: Annotated[tuple[Span, ...], Field(min_length=1, max_length=24)] = (DEFAULT_SHIFT,)
     """Shifts of a working day. One that ends after midnight belongs to the day on which it begins."""
-    breaks: Annotated[tuple[Span, ...], Field(max_length=24)] | None = None
+    breaks: Annotated[tuple[Span, ...], Field(max_length=24)] | None = Field(default=None, examples=[DEFAULT_BREAKS])
     """Breaks within the shifts. Default: 09:00-09:15 and 12:00-12:45, as far as they are within a shift."""
-    country: Country | None = None
-    """Country whose public holidays are free, such as ``DE`` (ISO 3166). Default: none."""
-    region: Text | None = None
-    """Its region with holidays of its own, such as ``BY``."""
-    holidays: Annotated[tuple[Day, ...], Field(max_length=10_000)] = ()
+    country: Country | None = Field(default=None, examples=["DE"])
+    """Country whose public holidays are free (ISO 3166). Default: none."""
+    region: Text | None = Field(default=None, examples=["BY"])
+    """Its region with holidays of its own."""
+    holidays: Annotated[tuple[Day, ...], Field(max_length=10_000)] = Field(default=(), examples=[(date(2026, 12, 24),)])
     """More days without work."""
     setup_h: Annotated[NotNegative, Field(le=2e4)] = 0.0
     """Working hours to set up the crane, before the first lift."""
-    unloading_s: Annotated[NotNegative, Field(le=864_000.0)] | None = None
+    unloading_s: Annotated[NotNegative, Field(le=864_000.0)] | None = Field(default=None, examples=[USUAL_UNLOADING_S])
     """Working time to unload a delivery, before its first lift. Default: 1800, or with ``areas.access`` the crane's
     time for its parts."""
     erection_people: People | None = None

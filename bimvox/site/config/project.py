@@ -24,11 +24,11 @@ class RevisionConfig(Table):
 
 
 class ProjectConfig(Table):
-    """The project and the people of the lift plan, for `bimvox report`."""
+    """The project and the people of the lift plan, for `bimvox report`. It changes nothing in the plan."""
 
     name: Words | None = None
     """Name of the project. Default: the site's."""
-    number: Words | None = None
+    number: Words | None = Field(default=None, examples=["2026-014"])
     """Number of the project, or of the document."""
     address: Words | None = None
     """Where the site is."""
@@ -40,7 +40,7 @@ class ProjectConfig(Table):
     """Letter or number of this issue. Default: that of the last of `revisions`."""
     revisions: Annotated[tuple[RevisionConfig, ...], Field(max_length=MOST_REVISIONS)] = ()
     """The issues so far, the latest last."""
-    prepared_by: Words | None = None
+    prepared_by: Words | None = Field(default=None, examples=["A. Person"])
     """Who wrote the lift plan."""
     checked_by: Words | None = None
     """Who checked it."""

@@ -54,7 +54,10 @@ class CrewTimesConfig(Table):
 
 
 class TimesConfig(Table):
-    """The crew's times by class of work."""
+    """The crew's times by class of work, while the crane stands.
+
+    Typical of the field, not measured; sources: docs/formats.md.
+    """
 
     footing: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.footing)
     """Footings, piles, base slabs."""
@@ -98,7 +101,12 @@ class CastTimesConfig(Table):
 
 
 class CastingConfig(Table):
-    """Work that is cast in place, by class of work, or set by hand."""
+    """Work that the crane does not do: cast in place, by class of work, or set by hand.
+
+    It begins when all earlier parts are set and what it rests on carries. The crane goes on with what does not rest on
+    it, then it pauses. Work before the first lift is done when the clock starts. Typical of the field, not measured;
+    sources: docs/formats.md.
+    """
 
     people: Annotated[Positive, Field(le=1e4)] = FIELD_CASTING.people
     """People who cast, one part after the other."""
@@ -107,7 +115,7 @@ class CastingConfig(Table):
     bundle_kg: NotNegative = FIELD_CASTING.bundle_kg
     """A heavier bundle of parts set by hand is a material lift."""
     bundle_s: Pause = FIELD_CASTING.bundle_s
-    """Crane time of a material lift."""
+    """Crane time of a material lift; it has no path."""
     footing: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.footing)
     """Footings, piles, base slabs."""
     column: CastTimesConfig = CastTimesConfig.of(FIELD_CASTING.column)
@@ -136,7 +144,7 @@ class CastingConfig(Table):
 
 
 class BuildingConfig(Table):
-    """Parts that their trade builds in place: working hours of one person."""
+    """What its trade builds in place, of pieces, and then is in the way: working hours of one person."""
 
     people: Annotated[Positive, Field(le=1e4)] = FIELD_BUILDING.people
     """People of a trade, at one part after the other."""
@@ -193,7 +201,7 @@ class RulesConfig(Table):
     support_gap_m: Annotated[NotNegative, Field(le=MOST_SUPPORT_GAP_M)] = _RULES.support_gap_m
     """How far below a part its support may be."""
     rope: Flag = _RULES.rope
-    """Whether the column above the hook must be free."""
+    """Whether the column above the hook, with the hoist rope, must be free."""
     sample_period_s: Period = _RULES.sample_period_s
     """Sampling interval of the log."""
     times: TimesConfig = TimesConfig()
@@ -204,14 +212,14 @@ class RulesConfig(Table):
     """How long trades take for what they build in place."""
     curing: CuringConfig | None = None
     """Grout and other joints of lifted parts. Default: they carry at once."""
-    bracing_s: Pause | None = None
-    """One ``brace_s`` for all classes, instead of ``times``."""
-    release_s: Pause | None = None
-    """One value for all classes, instead of ``times``."""
+    bracing_s: Pause | None = Field(default=None, examples=[120])
+    """One ``brace_s`` for all classes of work, instead of ``times``."""
+    release_s: Pause | None = Field(default=None, examples=[30])
+    """One value for all classes of work, instead of ``times``."""
     turn_s: Pause = _RULES.turn_s
     """Time to turn a hanging part by a quarter."""
     heading: Literal["kept", "with_jib"] = _RULES.heading.value
-    """Of loads while the jib turns: "Heading" in the documentation of cranes."""
+    """``kept``: tag lines keep the heading of loads. ``with_jib``: loads turn with the jib where there is room."""
     swing: Literal["shaped", "off"] = _RULES.swing.value
     """``shaped``: no load swings when it is set. ``off``: swing is ignored."""
     truckload_kg: NotNegative = _RULES.truckload_kg
@@ -249,7 +257,7 @@ class RulesConfig(Table):
 class RiggingConfig(Table):
     """How gear is chosen for the parts of a crane without ``sling_m`` and ``rigging_mass_kg``."""
 
-    gear: Annotated[tuple[Text, ...], Field(max_length=20)] = ()
+    gear: Annotated[tuple[Text, ...], Field(max_length=20)] = Field(default=(), examples=[("my-slings.toml",)])
     """Files of your own gear next to the site file. Of a kind that they have, the catalogue's gear is not used."""
     spreader_from_m: Positive = 6.0
     """Lifting points further apart hang on a spreader."""

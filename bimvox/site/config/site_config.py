@@ -108,8 +108,11 @@ class ModelConfig(Table):
 
     path: Path
     """IFC or mesh file, relative to the site file's folder."""
-    select: Annotated[Text, Field(max_length=MOST_SELECT)] | None = None
-    """What is lifted: an IfcOpenShell query, or names of a mesh's bodies. Default: by class."""
+    select: Annotated[Text, Field(max_length=MOST_SELECT)] | None = Field(
+        default=None, examples=["IfcColumn, IfcBeam, IfcSlab"]
+    )
+    """What is lifted: an IfcOpenShell query, or names of a mesh's bodies, such as ``column*, beam*``. Default: all
+    prefabricated classes."""
     unit: Literal["m", "dm", "cm", "mm", "ft", "in"] | None = None
     """Length unit of a mesh file."""
     up: Literal["y", "z"] | None = None
@@ -121,7 +124,7 @@ class ModelConfig(Table):
     ground_m: Annotated[Number, Field(ge=-1e6, le=1e6)] | None = None
     """Height in the model of the top of the ground, the site's z = 0. Default: from terrain, storeys, foundations."""
     assemblies: Literal["whole", "parts"] = "whole"
-    """How an assembly is lifted."""
+    """How an assembly is lifted: ``whole``, or as its ``parts``."""
     kinds: Annotated[tuple[KindOrFile, ...], BeforeValidator(_several, json_schema_input_type=_KINDS)] = ()
     """What parts are if bimvox guesses wrongly: tables, and names of CSV files next to the site file, as ``bimvox
     inspect --csv`` writes them. Later ones count before earlier ones."""
@@ -135,9 +138,9 @@ class ModelConfig(Table):
 class GridConfig(Table):
     """The extent of the site. Default: building, areas and crane, with a margin."""
 
-    low_m: Point2or3
+    low_m: Point2or3 = Field(examples=[(0, 0)])
     """Lowest corner; a third value must be the lower side of the lowest cells."""
-    high_m: Point3
+    high_m: Point3 = Field(examples=[(40, 30, 20)])
     """Highest corner."""
 
     @model_validator(mode="after")
@@ -153,7 +156,7 @@ class AreasConfig(Table):
     construction: Polygon | None = None
     """Where the building is."""
     yard: Annotated[tuple[Polygon, ...], Field(min_length=1, max_length=MOST_AREAS)] | None = None
-    """Where parts are stored, outside the construction area."""
+    """Where parts are stored, within the crane's reach and outside the construction area; they come in truckloads."""
     access: Annotated[tuple[Polygon, ...], Field(min_length=1, max_length=MOST_AREAS)] | None = None
     """Where trucks drive and stand: no part lies there, and the crane unloads every part from there. Default: not
     planned."""
@@ -167,15 +170,15 @@ def _one_or_several(given: object) -> str:
 
 
 class ComponentConfig(Table):
-    """What differs from the defaults for one part."""
+    """What differs from the defaults for one part. One that stands already has ``pinned = true`` alone."""
 
     global_id: Text
     """GlobalId of the part, or the body's name."""
-    start: Point2or3 | None = None
+    start: Point2or3 | None = Field(default=None, examples=[(12, -8)])
     """Lowest corner of the stored part. Default: planned."""
-    pose: StoredPose | None = None
-    """Stored as in the building, or lying along x or y, its foot at the lowest end."""
-    turn: Annotated[Whole, Field(ge=0, le=3)] | None = None
+    pose: StoredPose | None = Field(default=None, examples=[StoredPose.AS_BUILT])
+    """Stored as in the building, or lying along x or y, its foot at the lowest end, and upended before the lift."""
+    turn: Annotated[Whole, Field(ge=0, le=3)] | None = Field(default=None, examples=[1])
     """Quarter turns of the stored part, counter-clockwise, after its ``pose``. Default: 0, or 1 if it fits only so."""
     before: tuple[Text, ...] = ()
     """Ids of parts that are set later."""
@@ -185,8 +188,9 @@ class ComponentConfig(Table):
     """Whether it stands already."""
     crane: Text | None = None
     """Which of several cranes lifts it. Default: chosen."""
-    means: Way | None = None
-    """Lifted, cast or built in place, set by hand, or ``out`` of the plan. Default: by ``[means]``."""
+    means: Way | None = Field(default=None, examples=["in_situ"])
+    """Lifted by ``crane``, cast ``in_situ``, ``built`` by its trade, set ``by_hand``, or ``out`` of the plan. Default:
+    by ``[means]``."""
     why: Text | None = None
     """Why ``means`` is so, where no person says it: init writes what it found. Remove it with ``means``."""
     kind: KindName | None = None
@@ -204,11 +208,12 @@ class ComponentConfig(Table):
 
 
 class ZoneConfig(Table):
-    """A zone on the plan."""
+    """A zone on the plan (EN 17076), or one that is erected as a whole."""
 
     kind: Literal["prohibited", "no_load", "public", "slow", "limiter", "assembly"] = "prohibited"
-    """What it forbids or limits: "Zones" in the documentation of cranes. ``assembly``: parts whose centre lies in it
-    are set together, zone by zone, all others last."""
+    """``prohibited``: no hook above it; ``no_load``: no load above it; ``public``: neither; ``slow``: reduced rates;
+    ``limiter``: the hook's heights. ``assembly``: parts whose centre lies in it are set together, zone by zone, all
+    others last."""
     polygon: Polygon
     """Its corners."""
     name: Text | None = None
@@ -235,7 +240,10 @@ class ZoneConfig(Table):
 
 
 class MeansConfig(Table):
-    """Beyond these limits of the road, concrete is cast in place, unless it is stated to be precast."""
+    """Beyond these limits of the road, concrete is cast in place, unless it is stated to be precast.
+
+    ``means`` of a ``[[component]]`` decides for one part.
+    """
 
     heaviest_kg: Positive = ROAD_KG
     """Its mass."""
@@ -292,9 +300,9 @@ class SequenceConfig(Table):
 class PolicyConfig(Table):
     """The policy that proposes paths."""
 
-    id: Text | None = None
+    id: Text | None = Field(default=None, examples=["..."])
     """Id in the store. Default: the one trained for this site, otherwise greedy values."""
-    steps: Annotated[Whole, Field(ge=1)] | None = None
+    steps: Annotated[Whole, Field(ge=1)] | None = Field(default=None, examples=[200_000])
     """Budget of the training, environment steps."""
     seed: Annotated[Whole, Field(ge=0)] = 0
     """Seed of the training."""
@@ -314,7 +322,7 @@ class SiteConfig(Table):
     _programme_file: bytes | None = PrivateAttr(default=None)
     _programme_given: str | None = PrivateAttr(default=None)
     name: Text | None = None
-    """Its name. Default: the file's."""
+    """Name of the site. Default: the file's."""
     coordinates: Literal["site", "map"] = "site"
     """``map``: areas, zones and the cranes' feet are [easting, northing] in metres, a foot's height that on the map, by
     the model's map conversion. All else stays in the site's frame."""

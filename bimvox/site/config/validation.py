@@ -158,7 +158,7 @@ def dotted(loc: Sequence[int | str]) -> str:
 
 def _known_keys(schema: type[BaseModel], loc: Sequence[int | str]) -> tuple[str, ...]:
     """Return the names that the schema allows at a location."""
-    model = _model_in(_annotation(schema, loc))
+    model = model_in(_annotation(schema, loc))
     return tuple(model.model_fields) if model else ()
 
 
@@ -173,21 +173,21 @@ def _annotation(schema: type[BaseModel], loc: Sequence[int | str]) -> Any:
     here: Any = schema
     for step in loc:
         if isinstance(step, str):
-            model = _model_in(here)
+            model = model_in(here)
             if model is None or step not in model.model_fields:
                 return None
             here = model.model_fields[step].annotation
     return here
 
 
-def _model_in(annotation: Any) -> type[BaseModel] | None:
+def model_in(annotation: Any) -> type[BaseModel] | None:
     """Return the schema inside ``X``, ``X | None`` or ``tuple[X, ...]``."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
     if get_origin(annotation) is Annotated:
-        return _model_in(get_args(annotation)[0])
+        return model_in(get_args(annotation)[0])
     if get_origin(annotation) in (Union, UnionType, tuple, list):
-        return next((m for m in map(_model_in, get_args(annotation)) if m), None)
+        return next((m for m in map(model_in, get_args(annotation)) if m), None)
     return None
 
 

@@ -11,7 +11,7 @@ from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.config.crane import CraneConfig, OverrideConfig, ReevingConfig, WorkingRangeConfig
 from bimvox.site.config.file import load_site_config, parse_site_config
 from bimvox.site.config.project import ProjectConfig, RevisionConfig
-from bimvox.site.config.rules import RulesConfig
+from bimvox.site.config.rules import RulesConfig, YardConfig
 from bimvox.site.config.site_config import (
     ComponentConfig,
     GridConfig,
@@ -91,26 +91,38 @@ def test_a_written_file_loads(tmp_path):
 
 
 def test_the_examples_work_without_their_comment_marks():
-    config = guess_site(frame_house(), ModelConfig(path="house.ifc"))
-    text = site_toml(config, example_ids=["slab", "beam-0"])
-    lines = text.splitlines()
-    start = lines.index("# [[component]]")
-    examples = lines[start : start + 5] + [
-        line for line in lines if line.startswith(("# [[zone]]", "# kind", "# polygon"))
-    ]
-    extra = "\n".join(line.removeprefix("# ") for line in examples)
-    parsed = parse_site_config(text + extra, "site.toml")
+    text = site_toml(SiteConfig(model=ModelConfig(path="house.ifc")), example_ids=["slab", "beam-0"])
+    blocks = [block.splitlines() for block in text.split("\n\n")]
+    marked = {
+        line: "\n".join(one.removeprefix("# ") for one in block[number:])
+        for block in blocks
+        for number, line in enumerate(block)
+        if line.startswith(("# [", "# [["))
+    }
+    assert {"# [project]", "# [grid]", "# [rigging]", "# [[component]]", "# [[zone]]"} < set(marked)
+    assert {"# [rules.curing]", "# [yard]", "# [calendar]", "# [costs]"} < set(marked)
+    for title, example in marked.items():
+        assert parse_site_config(f"{text}\n{example}", "site.toml"), title
+    parsed = parse_site_config(f"{text}\n{marked['# [[component]]']}", "site.toml")
     assert parsed.component[0].global_id == "slab"
     assert parsed.component[0].after == ("beam-0",)
-    assert parsed.zone[0].kind == "prohibited"
 
 
-def test_it_is_commented_and_says_when_a_crane_is_out_of_the_ordinary():
+def test_each_key_has_the_comment_of_the_schema_beside_or_above_it():
+    lines = site_toml(guess_site(frame_house(), ModelConfig(path="house.ifc"))).splitlines()
+    for name in ("model", "areas", "sequence", "means", "rules", "yard", "policy"):
+        start = lines.index(f"[{name}]")
+        for key, field in type(getattr(full(), name) or YardConfig()).model_fields.items():
+            rest = [number for number, line in enumerate(lines) if line.removeprefix("# ").startswith(f"{key} = ")]
+            number = next((number for number in rest if number > start), None)
+            if number is not None and key != "kinds":
+                comment = " ".join(lines[number - 3 : number + 1]).replace("# ", "")
+                assert field.description.replace("``", "`").split()[-1].removesuffix(".") in comment, key
+
+
+def test_it_says_when_a_crane_is_out_of_the_ordinary():
     config = guess_site(frame_house(), ModelConfig(path="house.ifc"))
     text = site_toml(config)
-    for key, value in tomllib.loads(text)["model"].items():
-        (line,) = (one for one in text.splitlines() if one.startswith(f"{key} = "))
-        assert " # " in line, (key, value)
     assert "FICTITIOUS" not in text
     larger = config.crane.model_copy(update={"name": "fictitious hammerhead-75 scaled 1 x 5"})
     assert "FICTITIOUS: this machine does not exist" in site_toml(config.model_copy(update={"crane": larger}))
