@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from bimvox_cli.failure import DONE, INTERRUPTED
-from bimvox_cli.options import Json, Quiet, Verbose
+from bimvox_cli.options import Json, Quiet, Verbose, to_file
 
 _END = """
 The lift log:   {log}   (opens in Foxglove, Lichtblick or Rerun)
@@ -27,9 +27,7 @@ or with these files:
 
 
 def demo(
-    out: Annotated[
-        Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder of all files; made if it does not exist.")
-    ] = Path("demo-output"),
+    out: Annotated[Path, to_file("FOLDER", "Folder of all files; made if it does not exist.")] = Path("demo-output"),
     json: Json = False,
     quiet: Quiet = False,
     verbose: Verbose = False,

@@ -1,10 +1,12 @@
-"""Examples at the end of each command's help."""
+"""How commands are added to the command line: their help, with examples at its end."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import Any
 
+import typer
 from typer.core import TyperArgument, TyperCommand
 
 EXAMPLES = {
@@ -51,9 +53,16 @@ EXAMPLES = {
 """Command lines by command; a test parses each of them."""
 
 
-def epilog(command: str) -> str:
-    """Return the end of a command's help, by the command's name or that of its function."""
-    return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in EXAMPLES[command.replace("_", "-")])
+HELP_NAMES = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
+"""Settings of every command: -h as well as --help, wider than the default if the terminal is."""
+
+
+def enlist(app: typer.Typer, *commands: Callable[..., object], group: str = "") -> None:
+    """Add commands by the names of their functions, each with its examples at the end of its help."""
+    for command in commands:
+        name = command.__name__.strip("_").replace("_", "-")
+        examples = "\n".join(f"  {line}" for line in EXAMPLES[f"{group} {name}".strip()])
+        app.command(name, cls=PlainCommand, context_settings=HELP_NAMES, epilog=f"\b\nExamples:\n{examples}")(command)
 
 
 # Help that names arguments as people write them: no types, no braces.

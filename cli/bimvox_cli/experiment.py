@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from bimvox_cli.examples import PlainCommand, epilog
-from bimvox_cli.options import HELP_NAMES, command
+from bimvox_cli.examples import enlist
+from bimvox_cli.options import command, to_file
 from bimvox_cli.output import Output, fields, rows
 
 if TYPE_CHECKING:
@@ -18,13 +18,12 @@ if TYPE_CHECKING:
 experiment = typer.Typer(help="Repeat published experiments.", no_args_is_help=True)
 
 
-@experiment.command("paper", cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("experiment paper"))
 @command
 def paper(
     output: Output,
-    out: Annotated[
-        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the results; an earlier run resumes there.")
-    ] = Path("paper-experiment"),
+    out: Annotated[Path, to_file("DIR", "Folder of the results; an earlier run resumes there.")] = Path(
+        "paper-experiment"
+    ),
     seeds: Annotated[int, typer.Option(min=1, metavar="N", help="Runs of every experiment, one per seed.")] = 10,
     mode: Annotated[
         Literal["paper", "ours", "authors"] | None,
@@ -86,3 +85,6 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     ]
     fields(console, judged)
     fields(console, [("report", document["report"]), ("pictures", ", ".join(document["pictures"]))])
+
+
+enlist(experiment, paper, group="experiment")

@@ -10,7 +10,7 @@ import typer
 
 from bimvox.exporters.formats import formats_in_words
 from bimvox_cli import complete
-from bimvox_cli.options import command
+from bimvox_cli.options import command, to_file
 from bimvox_cli.output import Output, facts
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def export(
             help="Only this lift (number from 1, or the part's name, id or GlobalId); may be given several times.",
         ),
     ] = None,
-    out: Annotated[Path | None, typer.Option("--output", "-o", metavar="OUT", help="Output file or folder.")] = None,
+    out: Annotated[Path | None, to_file("OUT", "Output file or folder.")] = None,
     recover: Annotated[
         bool,
         typer.Option("--recover", help="Save the readable part of a truncated or damaged log, and prove it again."),

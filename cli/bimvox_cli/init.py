@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox_cli import complete
-from bimvox_cli.options import Assemblies, Model, Select, Unit, Up, VoxelSize, command, read_options
+from bimvox_cli.options import Assemblies, Model, Select, Unit, Up, VoxelSize, command, read_options, to_file
 from bimvox_cli.output import Output, facts
 from bimvox_cli.part_table import show_kinds
 
@@ -23,11 +23,9 @@ def init(
     model: Model,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="SITE.toml",
-            help="Site file; its drawing has the same name with .svg. Default: MODEL.site.toml in the current folder.",
+        to_file(
+            "SITE.toml",
+            "Site file; its drawing has the same name with .svg. Default: MODEL.site.toml in the current folder.",
         ),
     ] = None,
     select: Select = None,

@@ -14,13 +14,12 @@ from bimvox.undisturbed import interruptible
 from bimvox_cli import failure
 from bimvox_cli.cranes import cranes
 from bimvox_cli.demo import demo
-from bimvox_cli.examples import PlainCommand, epilog
+from bimvox_cli.examples import HELP_NAMES, enlist
 from bimvox_cli.experiment import experiment
 from bimvox_cli.export import export
 from bimvox_cli.init import init
 from bimvox_cli.inspect import inspect
 from bimvox_cli.optimise import optimise
-from bimvox_cli.options import HELP_NAMES
 from bimvox_cli.plan import plan
 from bimvox_cli.policy import policy
 from bimvox_cli.render import render
@@ -69,7 +68,8 @@ def main(
         raise typer.Exit(failure.BAD_INPUT)
 
 
-for _command in (
+enlist(
+    app,
     demo,
     voxelize,
     inspect,
@@ -87,8 +87,7 @@ for _command in (
     report,
     schema,
     warm_up,
-):
-    app.command(cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog(_command.__name__))(_command)
+)
 app.add_typer(policy, name="policy", context_settings=HELP_NAMES)
 app.add_typer(experiment, name="experiment", context_settings=HELP_NAMES)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox_cli.fleet_options import BackendName, Fresh, Jobs
-from bimvox_cli.options import MachineChoice, command
+from bimvox_cli.options import MachineChoice, command, to_file
 from bimvox_cli.output import Column, Output, fields, rows, spent, table
 
 if TYPE_CHECKING:
@@ -50,11 +50,9 @@ def optimise(
     ] = 2,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FOLDER",
-            help="Folder of logs, tables and the map. Default: SITE-set-ups in the current folder. For several sites: "
+        to_file(
+            "FOLDER",
+            "Folder of logs, tables and the map. Default: SITE-set-ups in the current folder. For several sites: "
             "one folder each in it. Default: set-ups.",
         ),
     ] = None,

@@ -20,10 +20,6 @@ if TYPE_CHECKING:
 UpAxis = Literal["y", "z"]
 Grouping = Literal["whole", "parts"]
 
-HELP_NAMES = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
-"""Settings of every command: -h as well as --help, wider than the default if the terminal is."""
-
-
 _P = ParamSpec("_P")
 
 
@@ -66,6 +62,11 @@ def read_options(
 
     processes = default_processes() if processes is None else processes
     return ReadOptions(select=select, unit=unit, up=up, assemblies=assemblies, processes=processes)
+
+
+def to_file(metavar: str, help: str) -> Any:  # noqa: A002  (typer's word)
+    """Return the option that names what a command writes."""
+    return typer.Option("--output", "-o", metavar=metavar, help=help)
 
 
 Model = Annotated[

@@ -13,7 +13,7 @@ from bimvox.errors import InputError, listed
 from bimvox.records.proof import ASSUMED_KIND
 from bimvox.units import clock, elapsed
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
-from bimvox_cli.options import FullRate, PolicyId, Programme, Seed, Steps, Train, command
+from bimvox_cli.options import FullRate, PolicyId, Programme, Seed, Steps, Train, command, to_file
 from bimvox_cli.output import Output, fields, rows, spent
 from bimvox_cli.remarks import Remarks, crane_fields, show_remarks, verdict
 
@@ -32,11 +32,8 @@ def plan(
     ],
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="LOG.mcap",
-            help="Log. Default: SITE.mcap in the current folder. For several sites: a folder. Default: plans.",
+        to_file(
+            "LOG.mcap", "Log. Default: SITE.mcap in the current folder. For several sites: a folder. Default: plans."
         ),
     ] = None,
     obstructions: Annotated[

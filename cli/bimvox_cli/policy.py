@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.examples import PlainCommand, epilog
-from bimvox_cli.options import HELP_NAMES, command
+from bimvox_cli.examples import enlist
+from bimvox_cli.options import command
 from bimvox_cli.output import Output, facts, rows
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ policy = typer.Typer(name="policy", help="The policy store.", rich_markup_mode=N
 Id = Annotated[str, typer.Argument(metavar="ID", help="A policy's id or the beginning of it.")]
 
 
-@policy.command("list", cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy list"))
 @command
 def list_(output: Output) -> int:
     """List the stored policies."""
@@ -29,7 +28,6 @@ def list_(output: Output) -> int:
     return output.answer(list_policies(), _show)
 
 
-@policy.command(cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy show"))
 @command
 def show(output: Output, identity: Id) -> int:
     """Print everything known about a policy."""
@@ -38,7 +36,6 @@ def show(output: Output, identity: Id) -> int:
     return output.answer(run(identity), facts)
 
 
-@policy.command(cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy remove"))
 @command
 def remove(output: Output, identity: Id) -> int:
     """Remove a policy from the store."""
@@ -47,7 +44,6 @@ def remove(output: Output, identity: Id) -> int:
     return output.result(run(identity), facts)
 
 
-@policy.command(cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy export"))
 @command
 def export(
     output: Output,
@@ -66,7 +62,6 @@ def export(
     return output.result(export_policy(identity, to=to, out=out), facts)
 
 
-@policy.command("import", cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy import"))
 @command
 def import_(
     output: Output,
@@ -81,7 +76,6 @@ def import_(
     return output.result(import_policy(file, trust=trust), facts)
 
 
-@policy.command(cls=PlainCommand, context_settings=HELP_NAMES, epilog=epilog("policy score"))
 @command
 def score(
     output: Output,
@@ -138,3 +132,6 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
 def _success(item: Mapping[str, Any]) -> str:
     """Return the result of a policy's last test; an imported policy has none."""
     return f"{item['success_rate']:.1%} of {item['tested']}" if item.get("tested") else "not tested"
+
+
+enlist(policy, list_, show, remove, export, import_, score, group="policy")

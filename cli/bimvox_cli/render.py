@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from bimvox_cli import complete, failure
-from bimvox_cli.options import VoxelSize, command
+from bimvox_cli.options import VoxelSize, command, to_file
 from bimvox_cli.output import Output, facts
 
 
@@ -21,12 +21,10 @@ def render(
     ],
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="OUT",
-            help="A picture (.png); for a log also an animation (.gif, .webp) or a page (.html); for a site file also "
-            "the drawing from above (.svg). Default: a .png.",
+        to_file(
+            "OUT",
+            "A picture (.png); for a log also an animation (.gif, .webp) or a page (.html); for a site file "
+            "also the drawing from above (.svg). Default: a .png.",
         ),
     ] = None,
     size: Annotated[

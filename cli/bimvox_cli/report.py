@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bimvox_cli.options import Log, command
+from bimvox_cli.options import Log, command, to_file
 from bimvox_cli.output import Column, Output, fields, spent, table
 
 if TYPE_CHECKING:
@@ -23,11 +23,9 @@ def report(
     log: Log,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="OUT",
-            help="Report: .html, or .pdf if Chromium is installed. Default: LOG.report.html in the current folder.",
+        to_file(
+            "OUT",
+            "Report: .html, or .pdf if Chromium is installed. Default: LOG.report.html in the current folder.",
         ),
     ] = None,
     critical: Annotated[

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
-from bimvox_cli.options import command
+from bimvox_cli.options import command, to_file
 from bimvox_cli.output import Output
 
 
@@ -18,12 +18,7 @@ def sweep(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A sweep file (TOML); see `bimvox schema sweep`.")],
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FOLDER",
-            help="Folder of logs, records and table. Default: FILE-runs in the current folder.",
-        ),
+        to_file("FOLDER", "Folder of logs, records and table. Default: FILE-runs in the current folder."),
     ] = None,
     backend: BackendName = "loky",
     jobs: Jobs = None,

@@ -20,6 +20,7 @@ from bimvox_cli.options import (
     VoxelSize,
     command,
     read_options,
+    to_file,
 )
 from bimvox_cli.output import Output, fields, rows, spent
 from bimvox_cli.part_table import show_parts
@@ -32,12 +33,7 @@ if TYPE_CHECKING:
 def voxelize(
     output: Output,
     model: Model,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--output", "-o", metavar="GRID", help="Grid file. Default: MODEL.zarr.zip in the current folder."
-        ),
-    ] = None,
+    out: Annotated[Path | None, to_file("GRID", "Grid file. Default: MODEL.zarr.zip in the current folder.")] = None,
     voxel_size: VoxelSize = None,
     select: Select = None,
     unit: Unit = None,

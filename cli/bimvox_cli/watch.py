@@ -13,7 +13,7 @@ import typer
 from bimvox.records.proof import number_in_words
 from bimvox_cli import failure
 from bimvox_cli.fleet_options import Jobs
-from bimvox_cli.options import PolicyId, Programme, Seed, Steps, Train, command
+from bimvox_cli.options import PolicyId, Programme, Seed, Steps, Train, command, to_file
 from bimvox_cli.output import Output, console_on
 
 if TYPE_CHECKING:
@@ -31,10 +31,7 @@ def watch(
         Path, typer.Argument(metavar="OBSTRUCTIONS", help="The obstruction file to watch. It may not exist yet.")
     ],
     site: Annotated[Path, typer.Option("--site", envvar="BIMVOX_SITE", metavar="SITE", help="The site file.")],
-    out: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="LOG.mcap", help="Log. Default: SITE.mcap in the current folder."),
-    ] = None,
+    out: Annotated[Path | None, to_file("LOG.mcap", "Log. Default: SITE.mcap in the current folder.")] = None,
     once: Annotated[bool, typer.Option("--once", help="Read the file once, replan if needed, and exit.")] = False,
     poll: Annotated[
         float | None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from typing import Any
 
 from bimvox.errors import InputError
@@ -9,58 +10,38 @@ from bimvox.exporters.csv_json import DELIVERY_COLUMNS, LIFT_COLUMNS, SAMPLE_COL
 from bimvox.log import schema as topics
 
 _DRAFT = "https://json-schema.org/draft/2020-12/schema"
+_SCHEMAS = {
+    "site": "bimvox.site.config.site_config:site_json_schema",
+    "crane": "bimvox.site.config.crane:machine_json_schema",
+    "gear": "bimvox.site.config.gear_file:gear_json_schema",
+    "obstructions": "bimvox.site.obstructions.file:obstructions_json_schema",
+    "sweep": "bimvox_pipeline.fleet.runs:sweep_json_schema",
+    "grid": f"{__name__}:grid_json_schema",
+    "log": f"{__name__}:log_schema",
+    "page": "bimvox.rendering.page.document:page_json_schema",
+    "score": "bimvox.policy.score_document:score_json_schema",
+}
+"""The function that makes each format's schema; its module is imported on use."""
 
 
 def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
-    """Return the schema of a format.
+    """Return the schema of a format: JSON Schema as a document; for the log a ``.proto`` file with its layout.
 
-    Args:
-        name: ``site``, ``crane``, ``gear``, ``obstructions``, ``sweep``, ``grid``, ``log``, ``page`` or ``score``.
-        plain_values: Return the log's schema as a document instead of the text of a ``.proto`` file.
-
-    Returns:
-        JSON Schema as a document; for the log a ``.proto`` file with the layout in its comments.
+    With ``plain_values``, the log's schema is a document as well.
 
     Raises:
         InputError: If there is no such format.
     """
-    if name == "site":
-        from bimvox.site.config.site_config import site_json_schema
-
-        return site_json_schema()
-    if name == "crane":
-        from bimvox.site.config.crane import machine_json_schema
-
-        return machine_json_schema()
-    if name == "gear":
-        from bimvox.site.config.gear_file import gear_json_schema
-
-        return gear_json_schema()
-    if name == "obstructions":
-        from bimvox.site.obstructions.file import obstructions_json_schema
-
-        return obstructions_json_schema()
-    if name == "sweep":
-        from bimvox_pipeline.fleet.runs import sweep_json_schema
-
-        return sweep_json_schema()
-    if name == "grid":
-        return _grid_json_schema()
-    if name == "log":
-        return log_schema_json() if plain_values else log_schema()
-    if name == "page":
-        from bimvox.rendering.page.document import page_json_schema
-
-        return page_json_schema()
-    if name == "score":
-        from bimvox.policy.score_document import score_json_schema
-
-        return score_json_schema()
-    hint = "known formats: site, crane, gear, obstructions, sweep, grid, log, page, score"
-    raise InputError(f"there is no format {name!r}", hint=hint)
+    if name not in _SCHEMAS:
+        raise InputError(f"there is no format {name!r}", hint=f"known formats: {', '.join(_SCHEMAS)}")
+    if name == "log" and plain_values:
+        return log_schema_json()
+    module, _, function = _SCHEMAS[name].partition(":")
+    made: dict[str, Any] | str = getattr(importlib.import_module(module), function)()
+    return made
 
 
-def _grid_json_schema() -> dict[str, Any]:
+def grid_json_schema() -> dict[str, Any]:
     """Return the JSON Schema of the attributes of a grid file's Zarr group, with a list of its arrays."""
     from pydantic import TypeAdapter
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from bimvox.exporters.text import table
 from bimvox.files import default_output, require_input, sha256_of, write_atomically
 from bimvox.progress import Progress
 from bimvox.rendering.report.many_sites import many_plans_page
@@ -151,12 +151,8 @@ def _row_of(record: dict[str, Any]) -> dict[str, Any]:
 
 
 def _as_csv(rows: Sequence[dict[str, Any]]) -> bytes:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(COLUMNS), lineterminator="\n")
-    writer.writeheader()
-    for row in rows:
-        writer.writerow({name: str(value).lower() if isinstance(value, bool) else value for name, value in row.items()})
-    return text.getvalue().encode()
+    cells = ([str(value).lower() if isinstance(value, bool) else value for value in row.values()] for row in rows)
+    return table(COLUMNS, cells).encode()
 
 
 def _as_parquet(rows: Sequence[dict[str, Any]]) -> bytes:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from bimvox.exporters.text import table
 from bimvox.files import write_together
 from bimvox.library.set_up_search.set_up import Effort
 from bimvox.progress import Progress, SilentProgress
@@ -50,8 +49,9 @@ def optimise_all(
         records = records_of(runs, folder, execution, is_whole=is_whole, work=work, progress=progress)
         progress.stage("table")
         rows = [_row(record) for record in records]
-        table, page = folder / _TABLE, folder / _PAGE
-        write_together({table: _csv(rows), page: many_sites_page(rows)})
+        listed, page = folder / _TABLE, folder / _PAGE
+        cells = ([row[name] for name in COLUMNS] for row in rows)
+        write_together({listed: table(COLUMNS, cells).encode(), page: many_sites_page(rows)})
         progress.finish()
     return {
         "sites": [
@@ -64,7 +64,7 @@ def optimise_all(
             for record, row in zip(records, rows, strict=True)
         ],
         "folder": str(folder),
-        "table": str(table),
+        "table": str(listed),
         "page": str(page),
         "failed": sum(record["status"] == FAILED for record in records),
         "kept": sum(record["kept"] for record in records),
@@ -101,11 +101,3 @@ def _row(record: Mapping[str, Any]) -> dict[str, Any]:
     for what, one in {"given": given, **best}.items():
         row |= {f"{what}_{key}": one[key] for key in ("machine", "refused", "hours", "cost")}
     return row | {"page": f"{record['run']}/{PAGE}"}
-
-
-def _csv(rows: Sequence[Mapping[str, Any]]) -> bytes:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue().encode()
