@@ -121,6 +121,12 @@ class CellMask:
         left.empty = not left._words.any()
         return left
 
+    def union(self, other: CellMask) -> CellMask:
+        """Return the cells that are in either set."""
+        both = CellMask(self._shape)
+        both._words, both.empty = self._words | other._words, self.empty and other.empty
+        return both
+
     def around(self) -> NDArray[np.int32]:
         """Return two opposite corners (2, 3) of a box around the set, from the ground up; (0, 3) if it is empty."""
         columns = np.flatnonzero(self._words.any(axis=1))
@@ -131,15 +137,12 @@ class CellMask:
         highest = [int(x.max()), int(y.max()), int(np.flatnonzero(heights)[-1])]
         return np.array([[int(x.min()), int(y.min()), 0], highest], np.int32)
 
-    def reaches_jib(self, site: Site, crane: TowerCrane) -> bool:
-        """Return whether any cell is as high as a crane's jib."""
-        if self.empty:
-            return False
-        lowest = jib_cell(site, crane)
-        bits = np.zeros(self._words.shape[1] * _WORD, np.bool_)
-        bits[max(lowest, 0) :] = True
-        high = np.packbits(bits, bitorder="little").view(np.uint64)
-        return bool((self._words & high).any())
+    def cells(self) -> NDArray[np.int32]:
+        """Return the (N, 3) cells of the set."""
+        columns = np.flatnonzero(self._words.any(axis=1))
+        bits = np.unpackbits(self._words[columns].view(np.uint8), axis=1, bitorder="little")
+        row, z = np.nonzero(bits)
+        return np.stack([*np.divmod(columns[row], self._shape[1]), z], axis=1).astype(np.int32)
 
     def footprint(self) -> Footprint:
         """Return the footprint of the set."""

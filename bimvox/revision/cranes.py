@@ -356,7 +356,7 @@ def _motion_is_met(site: Site, current: CurrentPlan, motion: LiftMotion, added: 
         return False
     mask = CellMask(site.shape)
     mask.add(added)
-    if mask.meets(current.motion_footprints[motion.order]) or jib_meets(site, motion, added):
+    if mask.meets(current.swept_by(motion.order)) or jib_meets(site, motion, added):
         return True
     leaves = motion.departure
     return leaves is not None and mask.meets(hook_footprint(site, motion, leaves, motion.start_ns))

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,61 +12,13 @@ from bimvox.grid.bricks import distinct
 from bimvox.grid.frame import NO_CELLS
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.stage import Propose
-from bimvox.proof.footprint import Footprint, MotionFootprint, motion_footprint, path_footprint
+from bimvox.proof.footprint import MotionFootprint
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion, Trajectory
-from bimvox.revision.recall import Memory
+from bimvox.revision.versions import Reading, Version, Versions, obstructed_cells, version_of
 from bimvox.site.site import Site
 from bimvox.stop.redirect import HOLD_S, Held, Redirected, is_set
 from bimvox.workers import ALONE, Workers
-
-F = TypeVar("F", Footprint, MotionFootprint)
-
-
-class Footprints(Mapping[int, F]):
-    """Footprints by order of the lift.
-
-    Args:
-        to_make: How to make each.
-        made: Others that are made already.
-    """
-
-    def __init__(self, to_make: Mapping[int, Callable[[], F]], made: Mapping[int, F]) -> None:
-        self._to_make: dict[int, Callable[[], F]] = dict(to_make)
-        self._made: dict[int, F] = dict(made)
-
-    def __getitem__(self, order: int) -> F:
-        if order in self._to_make:
-            self._made[order] = self._to_make[order]()
-            del self._to_make[order]
-        return self._made[order]
-
-    def __iter__(self) -> Iterator[int]:
-        return iter(sorted({*self._to_make, *self._made}))
-
-    def __len__(self) -> int:
-        return len({*self._to_make, *self._made})
-
-    def __contains__(self, order: object) -> bool:
-        return order in self._to_make or order in self._made
-
-    def after(self, earlier: Mapping[int, F]) -> Footprints[F]:
-        """Return these, and the earlier ones of other lifts; none is made."""
-        before = earlier if isinstance(earlier, Footprints) else Footprints({}, earlier)
-        made = {order: one for order, one in before._made.items() if order not in self._to_make}
-        to_make = {order: make for order, make in before._to_make.items() if order not in self._made}
-        return Footprints({**to_make, **self._to_make}, {**made, **self._made})
-
-    def only(self, orders: Collection[int]) -> Footprints[F]:
-        """Return those of some lifts; none is made."""
-        to_make = {order: self._to_make[order] for order in orders if order in self._to_make}
-        made = {order: self._made[order] for order in orders if order in self._made}
-        return Footprints(to_make, made)
-
-    def make_all(self) -> None:
-        """Make those that are not made yet."""
-        for order in tuple(self._to_make):
-            self[order]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -186,25 +137,18 @@ class CurrentPlan:
     Attributes:
         plan: Site and lifts, in ascending order; a pending lift already has its path, unless it is undecided.
         motions: By order; none on a site without a crane.
-        path_footprints: Footprints of the planned lifts' paths, by order.
-        motion_footprints: Footprints of their motions, by order.
-        examined: The cells that made lifts infeasible, by order; an infeasible lift without an entry is tried again
-            at every change.
+        versions: What was proven of lifts; an infeasible lift without a version is tried again at every change.
         pending: Orders of the planned lifts that are not timed and proven yet.
         undecided: Of these, the lifts that a change affects and that still have the path of before it: the next part
             keeps them, gives them another path, or finds them infeasible.
-        memory: Earlier versions of lifts that were changed.
         held: The cranes, if they are stopped because a load has no free path; all later lifts are pending.
     """
 
     plan: LiftPlan
     motions: Mapping[int, LiftMotion]
-    path_footprints: Mapping[int, Footprint]
-    motion_footprints: Mapping[int, MotionFootprint]
-    examined: Mapping[int, Footprint] = field(default_factory=dict)
+    versions: Versions = field(default_factory=dict)
     pending: frozenset[int] = frozenset()
     undecided: frozenset[int] = frozenset()
-    memory: Memory = field(default_factory=dict)
     held: HeldCranes | None = None
 
     @property
@@ -219,6 +163,12 @@ class CurrentPlan:
         if first is None:
             return self.motions
         return {order: motion for order, motion in self.motions.items() if order < first}
+
+    def swept_by(self, order: int) -> MotionFootprint:
+        """Return what the motion of a lift sweeps, which is proven and on the clock."""
+        swept = self.versions[order][0].swept
+        assert swept is not None
+        return swept()
 
     @property
     def chain(self) -> tuple[LiftMotion, ...]:
@@ -261,9 +211,10 @@ class RevisionPart:
 
     def make_footprints(self) -> None:
         """Make the footprints of its new lifts: the next revision needs them, and nobody before."""
-        for footprints in (self.current.path_footprints, self.current.motion_footprints):
-            if isinstance(footprints, Footprints):
-                footprints.make_all()
+        for version, *_ in self.current.versions.values():
+            version.path()
+            if version.swept is not None:
+                version.swept()
 
 
 def current_plan_of(plan: LiftPlan, motions: Iterable[LiftMotion]) -> CurrentPlan:
@@ -272,19 +223,15 @@ def current_plan_of(plan: LiftPlan, motions: Iterable[LiftMotion]) -> CurrentPla
     A planned lift without a path, or without a motion on a site with a crane, is pending.
     """
     by_order = {motion.order: motion for motion in motions}
-    paths, moved, pending = {}, {}, set()
+    versions, pending, read = dict[int, tuple[Version, ...]](), set[int](), Reading(obstructed_cells(plan.site))
     for lift in plan.lifts:
-        if lift.status is not Status.PLANNED:
-            continue
-        timed = lift.order in by_order
-        if lift.path_vox is None or (plan.site.cranes and not timed):
+        motion = by_order.get(lift.order)
+        if lift.status is Status.PLANNED and (lift.path_vox is None or (plan.site.cranes and motion is None)):
             pending.add(lift.order)
-            continue
-        paths[lift.order] = path_footprint(plan.site, lift)
-        if timed:
-            motion = by_order[lift.order]
-            moved[lift.order] = motion_footprint(plan.site, lift, motion)
-    return CurrentPlan(plan, by_order, paths, moved, pending=frozenset(pending))
+        elif lift.status is Status.PLANNED:
+            versions[lift.order] = (version_of(plan.site, lift, read, motion),)
+        read = read.after(lift, is_set=lift.is_set)
+    return CurrentPlan(plan, by_order, versions, frozenset(pending))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

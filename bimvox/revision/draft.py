@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -14,8 +14,8 @@ from bimvox.proof.footprint import Footprint, MotionFootprint, motion_footprint,
 from bimvox.proof.over_time import verify_motions_over_time, verify_plan_over_time
 from bimvox.records.lift import NOT_DRIVEN, Epoch, Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.revision.current_plan import CurrentPlan, Footprints, HeldCranes, ObstructionChange, RevisionRequest
-from bimvox.revision.recall import Version
+from bimvox.revision.current_plan import CurrentPlan, HeldCranes, ObstructionChange, RevisionRequest
+from bimvox.revision.versions import Once, Reading, Version, Versions, with_version
 from bimvox.stop.redirect import Held, Redirected
 from bimvox.units import NS_PER_S
 from bimvox.workers import Begun, Workers
@@ -28,15 +28,15 @@ class RevisionDraft:
     Attributes:
         lifts: Every lift so far.
         motions: Their motions that are on the clock.
-        examined: The cells that made lifts infeasible.
-        new_paths: Lifts whose path is new or recalled.
-        new_motions: Lifts whose motion is new or recalled.
+        read: The state of the site before each.
+        examined: The cells that make lifts infeasible, where a change may free them.
+        paths: Versions of lifts whose path, or reason for being infeasible, still holds.
+        moved: Versions of lifts whose motion still holds.
+        new_paths: Lifts whose path is not that of the current plan.
+        new_motions: The same for motions.
         new_verdicts: Lifts that are infeasible for a new reason.
-        recalled_paths: Of the new paths, those recalled from an earlier version.
-        recalled_motions: The same for motions.
         pending: Planned lifts that are not timed and proven yet.
         undecided: Of the pending lifts, those that a later part keeps or plans again.
-        memory: Earlier versions of lifts that were changed.
         unproven_motions: Lifts whose motion is to be proven.
         written: Lifts that are written to the log even if nothing about them is new.
         held: The cranes, if they are stopped because a load has no free path.
@@ -47,15 +47,15 @@ class RevisionDraft:
 
     lifts: list[Lift] = field(default_factory=list)
     motions: dict[int, LiftMotion] = field(default_factory=dict)
-    examined: dict[int, Footprint] = field(default_factory=dict)
+    read: dict[int, Reading] = field(default_factory=dict)
+    examined: dict[int, Once[Footprint]] = field(default_factory=dict)
+    paths: dict[int, Version] = field(default_factory=dict)
+    moved: dict[int, Version] = field(default_factory=dict)
     new_paths: set[int] = field(default_factory=set)
     new_motions: set[int] = field(default_factory=set)
     new_verdicts: set[int] = field(default_factory=set)
-    recalled_paths: dict[int, Version] = field(default_factory=dict)
-    recalled_motions: dict[int, Version] = field(default_factory=dict)
     pending: set[int] = field(default_factory=set)
     undecided: set[int] = field(default_factory=set)
-    memory: dict[int, tuple[Version, ...]] = field(default_factory=dict)
     unproven_motions: set[int] = field(default_factory=set)
     written: frozenset[int] = frozenset()
     held: HeldCranes | None = None
@@ -66,7 +66,7 @@ class RevisionDraft:
     @property
     def paths_to_prove(self) -> set[int]:
         """Lifts whose path is to be proven now."""
-        return self.new_paths - self.recalled_paths.keys() - self.pending
+        return self.new_paths - self.paths.keys() - self.pending
 
     def plan(self, current: CurrentPlan, request: RevisionRequest, change: ObstructionChange) -> LiftPlan:
         """Return the plan of these lifts, with the obstructions that the change ended."""
@@ -178,14 +178,14 @@ class Proof:
 
     Attributes:
         refused: The lifts to refuse and why.
-        path_footprints: Footprints of the proven new paths, by order.
-        motion_footprints: Footprints of the proven new motions, by order.
+        paths: Footprints of the proven new paths, by order.
+        swept: Footprints of the proven new motions, by order.
         stuck: The components to refuse whose empty hook meets something.
     """
 
     refused: Refused
-    path_footprints: Footprints[Footprint]
-    motion_footprints: Footprints[MotionFootprint]
+    paths: Mapping[int, Once[Footprint]]
+    swept: Mapping[int, Once[MotionFootprint]]
     stuck: frozenset[str] = frozenset()
 
 
@@ -220,10 +220,8 @@ def prove_new(plan: LiftPlan, draft: RevisionDraft, known_shapes: set[int], work
     failed = {order for order, lift in lifts.items() if plan.site.components[lift.component].id in reasons}
     return Proof(
         reasons,
-        Footprints({order: partial(path_footprint, plan.site, lifts[order]) for order in paths - failed}, {}),
-        Footprints(
-            {order: partial(motion_footprint, plan.site, lifts[order], timed[order]) for order in motions - failed}, {}
-        ),
+        {order: Once(partial(path_footprint, plan.site, lifts[order])) for order in paths - failed},
+        {order: Once(partial(motion_footprint, plan.site, lifts[order], timed[order])) for order in motions - failed},
         frozenset(stuck),
     )
 
@@ -234,3 +232,20 @@ def _split(plan: LiftPlan, orders: Collection[int]) -> tuple[LiftPlan, tuple[Lif
         replace(plan, lifts=tuple(lift for lift in plan.lifts if lift.order in orders)),
         tuple(lift for lift in plan.lifts if lift.order not in orders),
     )
+
+
+def versions_after(versions: Versions, draft: RevisionDraft, plan: LiftPlan, proof: Proof) -> Versions:
+    """Return the versions of lifts with what is proven of a draft, in the state of the site that it was proven in."""
+    found = dict(versions)
+    for lift in plan.lifts:
+        order = lift.order
+        path: Callable[[], Footprint] | None = proof.paths.get(order) or draft.examined.get(order)
+        if path is None and order in draft.paths:
+            path = draft.paths[order].path
+        if path is None:
+            continue
+        swept = proof.swept.get(order) or (draft.moved[order].swept if order in draft.moved else None)
+        motion = None if swept is None else draft.motions[order]
+        new = Version(lift, draft.read[order], path, motion, swept)
+        found[order] = with_version(found.get(order, ()), new)
+    return found

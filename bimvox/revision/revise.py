@@ -20,12 +20,11 @@ from dataclasses import replace
 
 from bimvox.planning.rounds import OtherWays, Refusals, Refused, proven_in_rounds
 from bimvox.planning.stage import Obstacle, Stage
-from bimvox.records.lift import HOOK_CANNOT_LEAVE, Lift, LiftPlan, Status, same_path
+from bimvox.records.lift import HOOK_CANNOT_LEAVE, Lift, LiftPlan, same_path
 from bimvox.records.motion import LiftMotion
 from bimvox.revision.cranes import CranesUnderWay, SeveralCranes
 from bimvox.revision.current_plan import (
     CurrentPlan,
-    Footprints,
     HeldCranes,
     ObstructionChange,
     RevisionPart,
@@ -34,9 +33,10 @@ from bimvox.revision.current_plan import (
     last_finished,
     motion_under_way,
 )
-from bimvox.revision.draft import MotionsInTheMaking, Proof, RevisionDraft, made_in_full, prove_new
+from bimvox.revision.draft import MotionsInTheMaking, Proof, RevisionDraft, made_in_full, prove_new, versions_after
 from bimvox.revision.keep_or_replan import CraneWork, Replanning
-from bimvox.revision.recall import Memory, Version, obstructed_cells, remembered, same_part
+from bimvox.revision.stop_cranes import load_is_met
+from bimvox.revision.versions import Version, Versions
 from bimvox.stop.redirect import Held, Redirected, UnderWay, redirect, redirect_held, redirected_if_possible
 
 
@@ -67,11 +67,14 @@ class _OneCrane:
 
     def choose_motion(self, replanning: Replanning, lift: Lift, was: Lift) -> None:
         """Keep a lift's motion if it is still proven, or take an earlier one again; otherwise it is made or pending."""
-        order, draft, before, has_crane = lift.order, replanning.draft, replanning.before, bool(self._site.cranes)
+        order, draft, has_crane = lift.order, replanning.draft, bool(self._site.cranes)
         if draft.held is not None:
             draft.pending.add(order)
             return
-        if self._keeps_motion(replanning, lift, was, same_start=same_part(before, replanning.was_before)):
+        known = replanning.validity.motion(lift) if has_crane else None
+        if known is not None:
+            draft.moved[order] = known
+        if self._keeps_motion(replanning, lift, was, known):
             if has_crane and draft.pending:
                 # After a pending lift the clock is not known yet; a later part sets it.
                 draft.motions[order] = self._was.motions[order]
@@ -80,19 +83,16 @@ class _OneCrane:
             return
         count = len(draft.new_paths - draft.pending | draft.new_motions)
         if draft.pending or count > self._request.first - (order not in draft.new_paths):
+            draft.moved.pop(order, None)
             draft.pending.add(order)
             return
         if not has_crane:
             return
-        known = replanning.recall.motion(lift, replanning.done, before)
-        if known is not None and known.motion is not None:
-            draft.recalled_motions[order] = known
-        else:
-            draft.unproven_motions.add(order)
         draft.new_motions.add(order)
         draft.laid[order] = None if known is None else known.motion
-        if draft.laid[order] is None:
-            self._making.add(replanning.known_legs(lift, was), (*draft.lifts, lift))
+        if known is None:
+            draft.unproven_motions.add(order)
+            self._making.add(replanning.validity.legs(lift), (*draft.lifts, lift))
 
     def timed(self, draft: RevisionDraft) -> RevisionDraft | Refused:
         """Return the draft with all motions made and put on the clock one after the other."""
@@ -118,14 +118,16 @@ class _OneCrane:
         assert now_ns is not None
         lift = was if held is None else held.lift
         reason = self._refused.get(site.components[was.component].id)
-        if held is None and reason is None and not replanning.touched.rest_is_met(was, motion, now_ns):
+        if held is None and reason is None and not load_is_met(site, was, motion, replanning.change.added, now_ns):
             draft.motions[was.order] = motion
             return was
 
         def attempt(rule: Stage, blocked: Obstacle | None) -> Redirected | Held:
             if held is not None:
                 return redirect_held(site, crane, held, rule, blocked, now_ns, hold_s)
-            return redirect(site, crane, UnderWay(lift, motion, replanning.before), rule, blocked, now_ns, hold_s)
+            return redirect(
+                site, crane, UnderWay(lift, motion, replanning.validity.now.before), rule, blocked, now_ns, hold_s
+            )
 
         ways = replanning.assembly.ways_on(was.component, lift.last_moves_vox)
         found = redirected_if_possible(ways, attempt, reason)
@@ -140,15 +142,11 @@ class _OneCrane:
         draft.motions[was.order] = found.motion
         return found.lift
 
-    def _keeps_motion(self, replanning: Replanning, lift: Lift, was: Lift, *, same_start: bool) -> bool:
+    def _keeps_motion(self, replanning: Replanning, lift: Lift, was: Lift, known: Version | None) -> bool:
+        """Return whether a lift keeps the motion that it has in the current plan."""
         if lift is not was or lift.order in replanning.draft.new_paths or lift.order in self._was.pending:
             return False
-        if not self._site.cranes:
-            return True
-        motion = self._was.motions.get(lift.order)
-        if motion is None or lift.order not in self._was.motion_footprints or not same_start:
-            return False
-        return not replanning.touched.motion_is_met(was, motion)
+        return not self._site.cranes or (known is not None and known is replanning.validity.of(was))
 
 
 _LATER = 8
@@ -196,14 +194,14 @@ def _proven_part(
     known_shapes: set[int],
     on_verdict: Callable[[], None] | None,
 ) -> RevisionPart:
-    memory, other_ways = current.memory, OtherWays()
+    versions, other_ways = current.versions, OtherWays()
 
     def attempt(refused: Refused) -> RevisionPart | Refused:
-        nonlocal memory
+        nonlocal versions
         left: Refused = {}
         while not left:
             work = _work(current, request, change, refused)
-            replanning = Replanning(current, request, change, Refusals(refused, other_ways), work, memory)
+            replanning = Replanning(current, request, change, Refusals(refused, other_ways), work, versions)
             replanning.run()
             if on_verdict is not None:
                 on_verdict()
@@ -211,36 +209,16 @@ def _proven_part(
             if isinstance(failed, RevisionDraft):
                 draft, plan = failed, failed.plan(current, request, change)
                 found = prove_new(plan, draft, known_shapes, request.workers)
+                versions = versions_after(versions, draft, plan, found)
                 if not found.refused:
-                    known_shapes.update(lift.component for lift in draft.lifts if lift.order in found.path_footprints)
-                    return _part(current, draft, plan, change, found)
-                memory = _with_proven(memory, current, draft, plan, found)
+                    known_shapes.update(lift.component for lift in draft.lifts if lift.order in found.paths)
+                    return _part(current, draft, plan, change, versions)
                 failed = work.refused(found)
             left = other_ways.without(request.site, replanning.may_change, failed)
         return left
 
     with request.workers.knowing(request.site, *current.plan.lifts):
         return proven_in_rounds(attempt, "changed")
-
-
-def _with_proven(memory: Memory, was: CurrentPlan, draft: RevisionDraft, plan: LiftPlan, proof: Proof) -> Memory:
-    """Return the memory with the lifts that a round has proven: the next round recalls them if it can."""
-    paths = {
-        **was.path_footprints,
-        **{order: known.path_footprint for order, known in draft.recalled_paths.items()},
-        **proof.path_footprints,
-    }
-    obstructed, found, done = obstructed_cells(plan.site), dict(memory), 0
-    before: Lift | None = None
-    for lift in plan.lifts:
-        order, moved = lift.order, proof.motion_footprints.get(lift.order)
-        if order in paths and (order in proof.path_footprints or moved is not None):
-            motion = None if moved is None else draft.motions[order]
-            found[order] = remembered(found, Version(lift, paths[order], motion, moved, done, before, obstructed))
-        done |= lift.is_set << order
-        if lift.status is Status.PLANNED:
-            before = lift
-    return found
 
 
 def _work(current: CurrentPlan, request: RevisionRequest, change: ObstructionChange, refused: Refused) -> CraneWork:
@@ -253,33 +231,15 @@ def _work(current: CurrentPlan, request: RevisionRequest, change: ObstructionCha
 
 
 def _part(
-    was: CurrentPlan, draft: RevisionDraft, plan: LiftPlan, change: ObstructionChange, proof: Proof
+    was: CurrentPlan, draft: RevisionDraft, plan: LiftPlan, change: ObstructionChange, versions: Versions
 ) -> RevisionPart:
     """Return the part of a draft whose new lifts are proven."""
     made_paths = draft.new_paths - draft.pending
-    planned = {lift.order: lift for lift in draft.lifts if lift.status is Status.PLANNED}
-    of_motions = {
-        order: known.motion_footprint
-        for order, known in draft.recalled_motions.items()
-        if known.motion_footprint is not None
-    }
-    of_paths = {order: one.path_footprint for order, one in draft.recalled_paths.items() if order in made_paths}
-    unknown = draft.pending & (draft.new_paths | (was.pending - was.path_footprints.keys()))
-    paths = Footprints({}, of_paths).after(was.path_footprints).only(planned.keys() - unknown)
-    moved = Footprints({}, of_motions).after(was.motion_footprints).only(planned.keys() - draft.pending)
-    before = {lift.order: lift for lift in was.plan.lifts}
-    replanned = {order for order in made_paths if not same_path(before[order], planned[order])}
+    before, now = ({lift.order: lift for lift in lifts} for lifts in (was.plan.lifts, draft.lifts))
+    replanned = {order for order in made_paths if not same_path(before[order], now[order])}
     return RevisionPart(
         CurrentPlan(
-            plan,
-            draft.motions,
-            proof.path_footprints.after(paths),
-            proof.motion_footprints.after(moved),
-            draft.examined,
-            frozenset(draft.pending),
-            frozenset(draft.undecided),
-            draft.memory,
-            draft.held,
+            plan, draft.motions, versions, frozenset(draft.pending), frozenset(draft.undecided), held=draft.held
         ),
         made=tuple(sorted(made_paths | draft.new_motions | draft.new_verdicts | draft.written)),
         replanned=tuple(sorted(replanned)),

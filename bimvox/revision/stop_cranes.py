@@ -123,7 +123,7 @@ def is_met(site: Site, current: CurrentPlan, crane: CraneNow, added: NDArray[np.
     mask = CellMask(site.shape)
     mask.add(added)
     lifts = {lift.order: lift for lift in current.plan.lifts}
-    if any(_load_is_met(site, lifts[order], motion, added, now_ns) for order, motion in crane.motions.items()):
+    if any(load_is_met(site, lifts[order], motion, added, now_ns) for order, motion in crane.motions.items()):
         return True
     for way in crane.ways:
         if way.end_ns > now_ns:
@@ -133,7 +133,7 @@ def is_met(site: Site, current: CurrentPlan, crane: CraneNow, added: NDArray[np.
     return False
 
 
-def _load_is_met(site: Site, lift: Lift, motion: LiftMotion, added: NDArray[np.int32], now_ns: int) -> bool:
+def load_is_met(site: Site, lift: Lift, motion: LiftMotion, added: NDArray[np.int32], now_ns: int) -> bool:
     """Return whether new obstructed cells meet the rest of the motion of a load on a hook.
 
     ``added``: (N, 3) the cells; ``now_ns``: on the site's clock.
@@ -254,7 +254,7 @@ def _load(assembly: Assembly, request: RevisionRequest, lift: Lift, loads: Loads
             return redirect_held(site, crane, held, rule, blocked, now_ns, hold_s)
         motion = loads.under_way[lift.order]
         if not is_carried(motion, now_ns):
-            if blocked is None and not _load_is_met(site, lift, motion, loads.added, now_ns):
+            if blocked is None and not load_is_met(site, lift, motion, loads.added, now_ns):
                 return Redirected(lift, motion, None, NOT_CARRIED)
         elif (stop := stop_under_way(crane_for(site, crane, component), motion, now_ns)) is not None:
             stopped = Held(lift, motion, stop, STOPPED, True, "")

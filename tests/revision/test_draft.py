@@ -54,7 +54,7 @@ def without_the_last(
 
 def test_after_the_last_motion_nothing_changes_any_more_if_a_lift_is_infeasible(portal):
     plan, motions = without_the_last(portal)
-    current = CurrentPlan(plan, {motion.order: motion for motion in motions}, {}, {})
+    current = CurrentPlan(plan, {motion.order: motion for motion in motions})
     ends_ns = motions[-1].end_ns
     for now_ns, until_ns in ((ends_ns - S, ends_ns - S), (ends_ns + 3600 * S, ends_ns)):
         after = changed_at(current, now_ns)
@@ -67,6 +67,6 @@ def test_after_the_last_motion_nothing_changes_any_more_if_a_lift_is_infeasible(
 
 def test_while_lifts_are_pending_a_change_counts_from_now(portal):
     plan, motions = portal
-    current = CurrentPlan(plan, {motions[0].order: motions[0]}, {}, {}, pending=frozenset({1, 2, 3}))
+    current = CurrentPlan(plan, {motions[0].order: motions[0]}, pending=frozenset({1, 2, 3}))
     now_ns = motions[0].end_ns + S
     assert [epoch.until_ns for epoch in changed_at(current, now_ns).history] == [now_ns]

@@ -208,7 +208,7 @@ def test_a_part_does_not_wait_for_its_footprints(frame, monkeypatch):
     assert part.replanned
     assert not made
     assert list(parts) == []
-    assert sorted(made) == [order for order in part.made if order in part.current.path_footprints]
+    assert sorted(made) == [order for order in part.made if order in part.current.versions]
 
 
 def test_segments_on_top_of_a_log_give_the_newest_plan(frame, tmp_path: Path):
@@ -262,8 +262,6 @@ def test_lifts_that_are_put_off_are_planned_as_if_they_were_not(frame):
         assert half.undecided <= half.pending
         for order in half.undecided:
             assert half.plan.lifts[order] is start.plan.lifts[order], "until it is decided, it has its earlier path"
-            assert order not in half.path_footprints
-            assert order not in half.motion_footprints
         put_off += len(half.undecided)
         assert not any(part.current.undecided for part in parts[1:])
         for one, other in zip(whole.current.plan.lifts, parts[-1].current.plan.lifts, strict=True):

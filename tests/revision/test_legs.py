@@ -18,9 +18,8 @@ from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.motion import PhaseName
 from bimvox.revision.current_plan import RevisionRequest, current_plan_of
-from bimvox.revision.keep_or_replan import Replanning
-from bimvox.revision.recall import Recall, Version, obstructed_cells
 from bimvox.revision.revise import revise
+from bimvox.revision.versions import Reading, Validity, obstructed_cells, version_of
 from bimvox.site.build import with_obstructions
 from bimvox.site.obstructions.obstruction_set import Box, Obstruction, ObstructionSet
 
@@ -42,8 +41,8 @@ def with_boxes(site, cells):
 
 def only_on_the_approach(current, order):
     """Return a cell that is met by the empty hook before a lift, and by nothing else of it; None if there is none."""
-    shape, swept = current.plan.site.shape, current.motion_footprints[order]
-    full = {(c, k) for one in (swept.carrying, current.path_footprints[order]) for c, k in bits(one)}
+    shape, swept = current.plan.site.shape, current.swept_by(order)
+    full = {(c, k) for one in (swept.carrying, current.versions[order][0].path()) for c, k in bits(one)}
     left = [cell for cell in bits(swept.approach) if cell not in full]
     if not left:
         return None
@@ -59,14 +58,14 @@ def bits(footprint):
 
 def revised(current, preparation, site, monkeypatch, *, keeps=True):
     """Return the last part of a revision, and what the lifts keep whose motions are made: nothing if not ``keeps``."""
-    found, real = [], Replanning.known_legs
+    found, real = [], Validity.legs
 
-    def known_legs(self, lift, was):
-        found.append(real(self, lift, was) if keeps else KnownLegs(lift.order))
+    def legs(self, lift):
+        found.append(real(self, lift) if keeps else KnownLegs(lift.order))
         return found[-1]
 
     with monkeypatch.context() as patch:
-        patch.setattr(Replanning, "known_legs", known_legs)
+        patch.setattr(Validity, "legs", legs)
         *_, part = revise(current, RevisionRequest(site, preparation, first=1000))
     return part, found
 
@@ -126,25 +125,22 @@ def test_another_approach_moves_the_rest_in_time_and_by_whole_turns(frame):
 
 def test_nothing_is_kept_of_a_motion_that_begins_elsewhere(frame):
     current, preparation = frame
-    plan = current.plan
-    before, lift, last = plan.lifts[2], plan.lifts[3], plan.lifts[1]
-    version = Version(
-        lift,
-        current.path_footprints[3],
-        current.motions[3],
-        current.motion_footprints[3],
-        0b111,
-        before,
-        obstructed_cells(plan.site),
-    )
-    recall = Recall({}, plan.site, preparation)
-    assert recall.legs(lift, 0b111, before, version) == KnownLegs(3, current.motions[3].approach)
-    assert recall.legs(lift, 0b111, last, version) == KnownLegs(3)
-    assert recall.legs(lift, 0b111, None, version) == KnownLegs(3)
+    site, (_, last, before, lift, *_) = current.plan.site, current.plan.lifts
+    obstructed = obstructed_cells(site)
+
+    def legs(motion, lift_now, before_now):
+        version = version_of(site, lift, Reading(obstructed, 0b111, before), motion)
+        validity = Validity({3: (version,)}, site, preparation)
+        validity.now = Reading(validity.now.obstructed, 0b111, before_now)
+        return validity.legs(lift_now)
+
+    motion = current.motions[3]
+    assert legs(motion, lift, before) == KnownLegs(3, motion.approach)
+    assert legs(motion, lift, last) == KnownLegs(3)
+    assert legs(motion, lift, None) == KnownLegs(3)
     moved = dataclasses.replace(lift, place=dataclasses.replace(lift.place, cell_vox=(0, 0, 0)))
-    assert recall.legs(moved, 0b111, before, version) == KnownLegs(3)
+    assert legs(motion, moved, before) == KnownLegs(3)
     stopped = dataclasses.replace(
-        version.motion,
-        phases=(dataclasses.replace(version.motion.phases[0], name=PhaseName.STOP), *version.motion.phases[1:]),
+        motion, phases=(dataclasses.replace(motion.phases[0], name=PhaseName.STOP), *motion.phases[1:])
     )
-    assert recall.legs(lift, 0b111, before, dataclasses.replace(version, motion=stopped)) == KnownLegs(3)
+    assert legs(stopped, lift, before) == KnownLegs(3)

@@ -1,4 +1,4 @@
-"""Earlier versions of lifts: recalled after other lifts differ, if nothing new is in their footprint."""
+"""Versions of lifts: they hold after other lifts differ, if nothing new is in their footprint."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
 from bimvox.progress import SilentProgress
-from bimvox.proof.footprint import motion_footprint, path_footprint
+from bimvox.proof.footprint import motion_footprint
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
 from bimvox.records.proof import Check
-from bimvox.revision.current_plan import CurrentPlan, Footprints, RevisionRequest, current_plan_of
+from bimvox.revision.current_plan import CurrentPlan, RevisionRequest, current_plan_of
 from bimvox.revision.draft import Proof
-from bimvox.revision.recall import FewestMoves, Recall, Version, obstructed_cells
 from bimvox.revision.revise import revise
+from bimvox.revision.versions import Once, Reading, Validity, obstructed_cells, version_of, with_version
 from bimvox.site.build import with_digests, with_obstructions
-from bimvox.site.obstructions.obstruction_set import Box, Obstruction, ObstructionSet
+from bimvox.site.obstructions.obstruction_set import EMPTY, Box, Obstruction, ObstructionSet
 from bimvox.site.site import Site
 
 PARTS = [
@@ -54,53 +54,65 @@ def order_of(name: str) -> int:
     return next(lift.order for lift in plan.lifts if plan.site.components[lift.component].id == name)
 
 
-def recalled(name: str, now: set[str], then: set[str]) -> bool:
-    """Return whether the path of a part is recalled if other parts are in place than when it was proven."""
+def holds(name: str, now: set[str], then: set[str], obstructions: ObstructionSet = EMPTY) -> bool:
+    """Return whether the path of a part holds if other parts are in place than when it was proven."""
     current, preparation = planned()
     site, lift = current.plan.site, current.plan.lifts[order_of(name)]
-    version = Version(lift, path_footprint(site, lift), None, None, _bits(then), None, obstructed_cells(site))
-    return Recall({lift.order: (version,)}, site, preparation).path(lift.order, _bits(now)) is version
+    version = version_of(site, lift, Reading(obstructed_cells(site), _bits(then)), None)
+    validity = Validity({lift.order: (version,)}, with_obstructions(site, obstructions, rasterise), preparation)
+    validity.now = replace(validity.now, done=_bits(now))
+    return validity.path(lift) is version
 
 
 def _bits(names: set[str]) -> int:
     return sum(1 << order_of(name) for name in names)
 
 
-def test_recalled_if_the_same_parts_are_in_place() -> None:
-    assert recalled("high", {"low", "next", "far"}, {"low", "next", "far"})
+def test_a_path_holds_if_the_same_parts_are_in_place() -> None:
+    assert holds("high", {"low", "next", "far"}, {"low", "next", "far"})
 
 
-def test_recalled_if_a_part_far_away_is_not_in_place_now_or_was_not_then() -> None:
-    assert recalled("high", {"low", "next"}, {"low", "next", "far"})
-    assert recalled("high", {"low", "next", "far"}, {"low", "next"})
+def test_a_path_holds_if_a_part_far_away_is_not_in_place_now_or_was_not_then() -> None:
+    assert holds("high", {"low", "next"}, {"low", "next", "far"})
+    assert holds("high", {"low", "next", "far"}, {"low", "next"})
 
 
 def test_planned_again_if_the_state_of_a_neighbour_differs() -> None:
-    assert not recalled("high", {"far", "next"}, {"far", "next", "low"})
-    assert not recalled("low", {"far", "next"}, {"far"})
+    assert not holds("high", {"far", "next"}, {"far", "next", "low"})
+    assert not holds("low", {"far", "next"}, {"far"})
 
 
-def test_planned_again_if_a_part_in_place_is_in_the_footprint() -> None:
-    current, preparation = planned()
-    site, lift = current.plan.site, current.plan.lifts[order_of("far")]
-    through = lift.path_vox[len(lift.path_vox) // 2]
-    version = Version(lift, path_footprint(site, lift), None, None, 0, None, obstructed_cells(site))
-    index = order_of("low")
-    moved = site.components[current.plan.lifts[index].component].shape.cells + through
-    recall = Recall({lift.order: (version,)}, site, preparation)
-    assert recall.path(lift.order, 1 << index) is version
-    occupied, _ = recall._since[next(iter(recall._since))]
-    occupied.add(moved.astype(np.int32))
-    assert recall.path(lift.order, 1 << index) is None
+def beam_in_the_way_of(name: str) -> ObstructionSet:
+    site, lift = planned()[0].plan.site, planned()[0].plan.lifts[order_of(name)]
+    low_m = site.frame.corner_of(lift.path_vox[len(lift.path_vox) // 2])
+    return ObstructionSet.of([Obstruction("beam", Box(tuple(low_m.tolist()), tuple((low_m + 0.5).tolist())))])
+
+
+def test_planned_again_if_an_obstruction_is_in_the_footprint() -> None:
+    assert not holds("far", {"low"}, {"low"}, beam_in_the_way_of("far"))
+    assert holds("far", {"low"}, {"low"}, beam_in_the_way_of("low"))
+
+
+def test_a_footprint_is_made_once_when_it_is_first_needed() -> None:
+    made: list[int] = []
+    once = Once(lambda: made.append(1) or len(made))
+    assert made == []
+    assert (once(), once(), made) == (1, 1, [1])
+
+
+def test_a_version_in_a_later_state_replaces_itself_and_the_third_earlier_one_goes() -> None:
+    current, _ = planned()
+    site, read = current.plan.site, Reading(obstructed_cells(current.plan.site))
+    one, two, three, four = (version_of(site, lift, read, None) for lift in current.plan.lifts)
+    later = replace(one, read=replace(read, done=3))
+    assert with_version((one, two), later) == (later, two)
+    assert with_version((one, two), three) == (three, one, two)
+    assert with_version((one, two, three), four) == (four, one, two)
 
 
 def test_a_second_round_keeps_the_motions_that_the_first_has_proven(monkeypatch) -> None:
     current, preparation = planned()
-    lift = current.plan.lifts[order_of("low")]
-    cell = lift.path_vox[len(lift.path_vox) // 2]
-    low_m = current.plan.site.frame.corner_of(cell)
-    beam = Obstruction("beam", Box(tuple(low_m.tolist()), tuple((low_m + 0.5).tolist())))
-    site = with_obstructions(current.plan.site, ObstructionSet.of([beam]), rasterise)
+    site = with_obstructions(current.plan.site, beam_in_the_way_of("low"), rasterise)
     proven: list[set[int]] = []
     last = 2
     real = module.prove_new
@@ -111,8 +123,8 @@ def test_a_second_round_keeps_the_motions_that_the_first_has_proven(monkeypatch)
         if len(proven) > 1:
             return found
         name = plan.site.components[plan.lifts[last].component].id
-        left = {n: one for n, one in found.motion_footprints.items() if n != last}
-        return Proof({name: "it is refused"}, found.path_footprints, Footprints({}, left))
+        left = {n: one for n, one in found.swept.items() if n != last}
+        return Proof({name: "it is refused"}, found.paths, left)
 
     monkeypatch.setattr(module, "prove_new", refuses_once)
     (part,) = revise(current, RevisionRequest(site, preparation))
@@ -123,9 +135,8 @@ def test_a_second_round_keeps_the_motions_that_the_first_has_proven(monkeypatch)
     assert [lift.status for lift in plan.lifts].count(Status.INFEASIBLE) == 0, "the refused lift goes another way"
     assert verify_plan(plan).verified
     assert verify_motions(plan, motions).verified
-    for order, footprint in part.current.motion_footprints.items():
-        lift = plan.lifts[order]
-        again = motion_footprint(plan.site, lift, part.current.motions[order])
+    for order, motion in part.current.motions.items():
+        footprint, again = part.current.swept_by(order), motion_footprint(plan.site, plan.lifts[order], motion)
         assert np.array_equal(footprint.approach.columns, again.approach.columns)
         assert np.array_equal(footprint.carrying.columns, again.carrying.columns)
 
@@ -203,13 +214,15 @@ def test_after_any_changes_what_is_stated_is_true(seed: int) -> None:
 
 
 def test_a_longer_path_is_uncertain_if_anything_is_in_the_way() -> None:
-    current, _ = planned_twice(site_with(FENCE))
-    fewest, lift = FewestMoves(current.plan.site), current.plan.lifts[0]
+    current, preparation = planned_twice(site_with(FENCE))
+    lift = current.plan.lifts[0]
     longer = replace(lift, path_vox=np.concatenate([lift.path_vox[:1], lift.path_vox[1::-1], lift.path_vox[1:]]))
-    assert fewest.are_known(longer)
-    fewest.occupied(np.zeros((1, 3), np.int32))
-    assert fewest.are_known(lift)
-    assert not fewest.are_known(longer)
+    read = Reading(obstructed_cells(current.plan.site))
+    same = Validity({}, current.plan.site, preparation)
+    assert same.fewest_are_known(longer, read)
+    fuller = Validity({}, obstructed(current.plan.site, FENCE, FAR), preparation)
+    assert fuller.fewest_are_known(lift, read)
+    assert not fuller.fewest_are_known(longer, read)
 
 
 def test_a_segment_tells_which_fewest_moves_are_no_longer_known() -> None:
