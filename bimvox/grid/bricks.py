@@ -21,40 +21,18 @@ BRICK = 8
 
 
 @kernel
-def _read_owners(
-    index: NDArray[np.int32],
-    cells: NDArray[np.unsignedinteger],
-    low: NDArray[np.int64],
-    out: NDArray[np.int32],
-) -> None:
-    """Fill ``out`` with the owners in a box of its shape that starts at ``low``, inside the grid."""
-    for i in range(out.shape[0]):
-        x = low[0] + i
-        for j in range(out.shape[1]):
-            y = low[1] + j
-            k = 0
-            while k < out.shape[2]:
-                z = low[2] + k
-                stop = min(out.shape[2], k + BRICK - z % BRICK)
-                at = index[x // BRICK, y // BRICK, z // BRICK]
-                if at < 0:
-                    for n in range(k, stop):
-                        out[i, j, n] = -at - 2
-                else:
-                    for n in range(k, stop):
-                        out[i, j, n] = np.int32(cells[at, x % BRICK, y % BRICK, (low[2] + n) % BRICK]) - 1
-                k = stop
-
-
-@kernel
-def _read_mapped(
+def _read(
     index: NDArray[np.int32],
     cells: NDArray[np.unsignedinteger],
     low: NDArray[np.int64],
     table: NDArray[np.generic],
     out: NDArray[np.generic],
 ) -> bool:
-    """Fill ``out`` with ``table[owner + 1]`` for :func:`read_owners`; return whether every owner is in the table."""
+    """Fill ``out`` with ``table[owner + 1]``, or with the owners if the table is empty.
+
+    ``out`` is a box inside the grid that starts at ``low``. Return whether every owner is in the table.
+    """
+    owners = table.size == 0
     for i in range(out.shape[0]):
         x = low[0] + i
         for j in range(out.shape[1]):
@@ -64,17 +42,14 @@ def _read_mapped(
                 z = low[2] + k
                 stop = min(out.shape[2], k + BRICK - z % BRICK)
                 at = index[x // BRICK, y // BRICK, z // BRICK]
-                if at < 0:
-                    if -at > table.size:
-                        return False
-                    for n in range(k, stop):
-                        out[i, j, n] = table[-at - 1]
-                else:
-                    for n in range(k, stop):
-                        value = cells[at, x % BRICK, y % BRICK, (low[2] + n) % BRICK]
-                        if value >= table.size:
-                            return False
+                for n in range(k, stop):
+                    value = -at - 1 if at < 0 else np.int64(cells[at, x % BRICK, y % BRICK, (low[2] + n) % BRICK])
+                    if owners:
+                        out[i, j, n] = value - 1
+                    elif value < table.size:
                         out[i, j, n] = table[value]
+                    else:
+                        return False
                 k = stop
     return True
 
@@ -211,6 +186,7 @@ def distinct(values: NDArray[Integer]) -> NDArray[Integer]:
     return ascending[np.concatenate([[True], ascending[1:] != ascending[:-1]])] if len(ascending) else ascending
 
 
+_NO_TABLE = np.empty(0, np.int32)
 NO_OWNER = -1
 """Owner of a cell that no part meets."""
 
@@ -249,14 +225,14 @@ class Bricks:
         """Return the owners of the half-open box [low, high), which lies inside the grid, as a dense int32 array."""
         start, shape = self._inside(low, high)
         out = np.empty(shape, np.int32)
-        _read_owners(self.index, self.cells, start, out)
+        _read(self.index, self.cells, start, _NO_TABLE, out)
         return out
 
     def mapped_box(self, low: ArrayLike, high: ArrayLike, table: NDArray[Any]) -> NDArray[Any]:
         """Return ``table[owner + 1]`` of every cell of the half-open box [low, high), in the table's type."""
         start, shape = self._inside(low, high)
         out = np.empty(shape, table.dtype)
-        if not _read_mapped(self.index, self.cells, start, table, out):
+        if not _read(self.index, self.cells, start, table, out):
             raise IndexError(f"a table of {len(table)} rows for owners up to {self.highest}")
         return out
 

@@ -14,7 +14,7 @@ from bimvox.planning.stage import Propose
 from bimvox.policy import store
 from bimvox.policy.config import DqnConfig, adapting
 from bimvox.policy.generalist.weights import generalist_record, load_generalist
-from bimvox.policy.manifest import CurvePoint, PolicyManifest, TrainedPolicy, TrainingStart, outline_of
+from bimvox.policy.manifest import CurvePoint, PolicyManifest, TrainedPolicy, Training, TrainingStart, outline_of
 from bimvox.policy.network import QNetwork
 from bimvox.policy.site_lessons import training_problems
 from bimvox.policy.store import Checkpoint
@@ -35,30 +35,20 @@ NEAREST = "nearest"
 """Names the stored policy of the most similar site."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PolicyInUse:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class PolicyInUse(Training):
     """A policy, and where it came from.
 
     Attributes:
         id: Its id in the store, ``greedy`` or ``none``.
         loaded: Whether it was in the store already.
-        steps: Environment steps of its training.
-        success_rate: In its last test, 0..1.
-        curve: Its tests.
         network: Its weights. None for greedy values, and if the plan is made by search alone.
-        tested: Starts of its last test.
-        parent: Id of the policy that its training started from. None if it started from scratch.
         shipped: Whether it is the network that ships with bimvox.
     """
 
     id: str
-    loaded: bool
-    steps: int
-    success_rate: float
-    curve: tuple[CurvePoint, ...] = field(repr=False)
-    network: QNetwork | None = field(repr=False)
-    tested: int = 0
-    parent: str | None = None
+    loaded: bool = False
+    network: QNetwork | None = field(default=None, repr=False)
     shipped: bool = False
 
     @property
@@ -89,10 +79,10 @@ class PolicyInUse:
         }
 
 
-NO_POLICY = PolicyInUse("none", False, 0, 0.0, (), None)
+NO_POLICY = PolicyInUse(id="none")
 """Planning by search alone: nothing is trained or loaded."""
 
-GREEDY_POLICY = PolicyInUse("greedy", False, 0, 0.0, (), None)
+GREEDY_POLICY = PolicyInUse(id="greedy")
 """Greedy values, towards the target, under the loop guard: nothing is trained or loaded."""
 
 
@@ -270,7 +260,8 @@ def _nearest(site: Site, progress: Progress) -> PolicyInUse:
 def _shipped() -> PolicyInUse:
     """Return the network that ships with bimvox, as it is."""
     record = generalist_record()
-    return PolicyInUse(str(record["id"]), True, int(record["steps"]), 0.0, (), load_generalist(), shipped=True)
+    network = load_generalist()
+    return PolicyInUse(id=str(record["id"]), loaded=True, steps=int(record["steps"]), network=network, shipped=True)
 
 
 def _stored(policy_id: str) -> PolicyInUse:
@@ -315,13 +306,4 @@ def _trained(
 
 
 def _in_use(policy_id: str, policy: TrainedPolicy, *, loaded: bool = False) -> PolicyInUse:
-    return PolicyInUse(
-        policy_id,
-        loaded,
-        policy.steps,
-        policy.success_rate,
-        policy.curve,
-        policy.network,
-        policy.tested,
-        policy.parent,
-    )
+    return PolicyInUse(id=policy_id, loaded=loaded, network=policy.network, **policy.training())

@@ -7,7 +7,7 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, NamedTuple
 
@@ -137,15 +137,14 @@ class CurvePoint(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TrainedPolicy:
-    """A policy and how it was trained.
+class Training:
+    """How a policy was trained.
 
     Attributes:
-        network: The best network tested.
         curve: Every test, the last one included.
         steps: Environment steps taken in all.
-        success_rate: Of ``network``, in its test.
-        length_ratio: Of ``network``, in its test.
+        success_rate: Of the network that was kept, the best one tested, in its test.
+        length_ratio: Mean path / shortest path in that test.
         tested: Number of starts of that test.
         config: The choices.
         seed: The seed.
@@ -154,16 +153,26 @@ class TrainedPolicy:
             choices may not reproduce it.
     """
 
-    network: QNetwork
-    curve: tuple[CurvePoint, ...]
-    steps: int
-    success_rate: float
-    length_ratio: float
-    tested: int
-    config: DqnConfig
-    seed: int
+    curve: tuple[CurvePoint, ...] = field(default=(), repr=False)
+    steps: int = 0
+    success_rate: float = 0.0
+    length_ratio: float = 0.0
+    tested: int = 0
+    config: DqnConfig = DqnConfig()  # noqa: RUF009  (immutable)
+    seed: int = 0
     parent: str | None = None
     budget: int | None = None
+
+    def training(self) -> dict[str, Any]:
+        """Return these values by name, for another record of the same training."""
+        return {each.name: getattr(self, each.name) for each in fields(Training)}
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class TrainedPolicy(Training):
+    """A policy and how it was trained."""
+
+    network: QNetwork
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -194,8 +203,8 @@ _SINCE = {"site": 2, "budget": 3}
 _ID = re.compile(r"[0-9a-f]{16}")
 
 
-@dataclass(frozen=True, slots=True)
-class PolicyManifest:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PolicyManifest(Training):
     """A policy without its weights.
 
     Attributes:
@@ -206,17 +215,8 @@ class PolicyManifest:
         observation_size: Entries of that vector.
         layer_sizes: Widths from input to output.
         weights_sha256: Of the file with the weights.
-        config: The choices of its training.
-        seed: The seed.
-        steps: Environment steps of its training.
-        success_rate: In its last test.
-        length_ratio: Mean path / shortest path in that test.
-        tested: Number of starts of that test.
-        curve: Every test of its training.
-        parent: Id of the policy from which it was trained, if any.
         versions: Versions of the libraries that trained it.
         site: Outline of the site for which it was trained, if known.
-        budget: Environment steps allowed in its training. None if its choices may not reproduce it.
     """
 
     id: str
@@ -226,17 +226,8 @@ class PolicyManifest:
     observation_size: int
     layer_sizes: tuple[int, ...]
     weights_sha256: str
-    config: DqnConfig
-    seed: int
-    steps: int
-    success_rate: float
-    length_ratio: float
-    tested: int
-    curve: tuple[CurvePoint, ...]
-    parent: str | None
     versions: Mapping[str, str]
     site: SiteOutline | None = None
-    budget: int | None = None
 
     @property
     def fits(self) -> bool:
@@ -274,17 +265,9 @@ def manifest_of(policy: TrainedPolicy, geometry_key: str, site: SiteOutline | No
         observation_size=OBSERVATION_SIZE,
         layer_sizes=policy.network.layer_sizes,
         weights_sha256=hashlib.sha256(weights).hexdigest(),
-        config=policy.config,
-        seed=policy.seed,
-        steps=policy.steps,
-        success_rate=policy.success_rate,
-        length_ratio=policy.length_ratio,
-        tested=policy.tested,
-        curve=policy.curve,
-        parent=policy.parent,
         versions=_versions(),
         site=site,
-        budget=policy.budget,
+        **policy.training(),
     )
     return replace(manifest, id=id_of(manifest.to_dict()))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -59,9 +59,3 @@ class PolicyScore(Table):
     """_Share of each set, from its first problem on."""
     sets: Annotated[tuple[SetScore, ...], Field(min_length=1)]
     """Scores by set."""
-
-
-def score_json_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a score."""
-    document = PolicyScore.model_json_schema()
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **document}

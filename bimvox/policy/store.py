@@ -62,11 +62,8 @@ class StoredPolicy:
 
     @property
     def trained(self) -> TrainedPolicy:
-        """The policy as its training returned it, without the budget."""
-        m = self.manifest
-        return TrainedPolicy(
-            self.network, m.curve, m.steps, m.success_rate, m.length_ratio, m.tested, m.config, m.seed, m.parent
-        )
+        """The policy as its training returned it."""
+        return TrainedPolicy(network=self.network, **self.manifest.training())
 
 
 @dataclass(frozen=True, slots=True)

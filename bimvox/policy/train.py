@@ -222,17 +222,9 @@ class _Record:
             raise RuntimeError("no network was tested yet")
         point, network, tested = self.best
         return TrainedPolicy(
-            network,
-            tuple(self.curve),
-            self.curve[-1].steps,
-            point.success_rate,
-            point.length_ratio,
-            tested,
-            self.config,
-            self.seed,
-            self.parent,
-            self.budget,
-        )
+            tuple(self.curve), self.curve[-1].steps, point.success_rate, point.length_ratio, tested,
+            self.config, self.seed, self.parent, self.budget, network=network,
+        )  # fmt: skip
 
     def resume(self, checkpoint: TrainedPolicy) -> None:
         """Continue with the tests and the best policy of an interrupted training."""

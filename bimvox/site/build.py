@@ -26,7 +26,7 @@ from bimvox.site.checks import (
     crane_key,
     ground_of,
 )
-from bimvox.site.component import Component, IntVec
+from bimvox.site.component import Component, IntVec, frozen
 from bimvox.site.config.gear_file import gear_by_crane
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.crew_times import FIELD_TIMES
@@ -131,13 +131,13 @@ def build_site(
         components=lifted,
         cranes=tuple(cranes),
         rules=rules,
-        yard=_frozen(yard),
+        yard=frozen(yard),
         site_to_ifc=np.eye(4) if model.site_to_ifc is None else model.site_to_ifc,
-        prohibited=_frozen_or_none(prohibited),
-        no_load=_frozen_or_none(no_load),
+        prohibited=frozen(prohibited),
+        no_load=frozen(no_load),
         hook_heights=hook_heights(config.zone, frame, columns),
-        natural_ground_m=_frozen_or_none(natural_m),
-        access=_frozen_or_none(access),
+        natural_ground_m=frozen(natural_m),
+        access=frozen(access),
         source=dict(model.source),
         notes=tuple(notes),
     )
@@ -196,7 +196,7 @@ def _sorted_out(config: SiteConfig, model: PlacedModel) -> tuple[list[Component]
         elif element.role in BUILT:
             if len(cells):
                 structure.append(
-                    Blocker(element.id, "structure", _frozen(cells), element.mesh, element.name, element.ifc_class)
+                    Blocker(element.id, "structure", frozen(cells), element.mesh, element.name, element.ifc_class)
                 )
             elif element.mesh.bounds_m[1, 2] > frame.origin_m[2]:  # nothing is set as deep as what lies below
                 notes.append(left_out(element.id))
@@ -392,11 +392,11 @@ def _labels(slab: NDArray[np.uint8], shape: IntVec, blockers: Sequence[Blocker])
         label = Label.OBSTRUCTION if blocker.kind == "obstruction" else Label.STRUCTURE
         labels[tuple(blocker.cells.T)] = label
     labels[:, :, 0] = slab
-    return _frozen(labels)
+    return frozen(labels)
 
 
 def _ground(tops: NDArray[np.int32], shape: IntVec) -> Blocker:
-    return Blocker(GROUND_ID, "ground", _frozen(ground_cells(tops, shape)))
+    return Blocker(GROUND_ID, "ground", frozen(ground_cells(tops, shape)))
 
 
 def _mast(
@@ -414,14 +414,4 @@ def _mast(
     cells, _ = obstruction_cells(
         mast, frame, shape, rasterise, grow_vox=whole_cells(rules.clearance_m, frame.voxel_size_m)
     )
-    return Blocker(mast.id, "crane", _frozen(cells)) if len(cells) else None
-
-
-def _frozen(array: NDArray[np.generic]) -> NDArray:  # type: ignore[type-arg]
-    frozen = array.copy() if array.flags.writeable else array
-    frozen.flags.writeable = False
-    return frozen
-
-
-def _frozen_or_none(array: NDArray[np.generic] | None) -> NDArray | None:  # type: ignore[type-arg]
-    return None if array is None else _frozen(array)
+    return Blocker(mast.id, "crane", frozen(cells)) if len(cells) else None

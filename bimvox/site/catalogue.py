@@ -5,23 +5,18 @@ from __future__ import annotations
 import difflib
 from dataclasses import replace
 from functools import cache
-from importlib import resources
-from pathlib import Path
 
 from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.machine import Machine
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
-from bimvox.site.config.crane import machine_of
+from bimvox.site.config.crane import MACHINE_FILES
 
 
 @cache
 def catalogue() -> tuple[Machine, ...]:
     """Return all machines of the catalogue, the smallest load moment first."""
-    folder = resources.files("bimvox") / "crane" / "catalogue"
-    files = sorted((file for file in folder.iterdir() if file.name.endswith(".toml")), key=lambda file: file.name)
-    machines = (machine_of(file.read_bytes(), Path(file.name)) for file in files)
-    return tuple(sorted(machines, key=lambda machine: machine.load_moment_tm))
+    return tuple(sorted(MACHINE_FILES.catalogue(), key=lambda machine: machine.load_moment_tm))
 
 
 def machine_called(name: str | None) -> Machine | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -212,7 +213,7 @@ def shape_of(cells: ArrayLike) -> tuple[Shape, IntVec]:
     relative = absolute - low
     dense = np.zeros(relative.max(axis=0) + 1, np.bool_)
     dense[tuple(relative.T)] = True
-    return Shape(_frozen(relative), _frozen(boxes_of(dense))), (int(low[0]), int(low[1]), int(low[2]))
+    return Shape(frozen(relative), frozen(boxes_of(dense))), (int(low[0]), int(low[1]), int(low[2]))
 
 
 def turned_shape(shape: Shape, turn: int) -> Shape:
@@ -307,9 +308,16 @@ def erection_size_vox(shape: Shape, pose: StoredPose) -> IntVec:
     return (reach, size_y, reach + 1) if pose is StoredPose.LYING_X else (size_x, reach, reach + 1)
 
 
-def _frozen(array: NDArray[np.int32]) -> NDArray[np.int32]:
-    array.flags.writeable = False
-    return array
+A = TypeVar("A", bound="NDArray[Any] | None")
+
+
+def frozen(array: A) -> A:
+    """Return an array that nobody can write to, a copy if it is writeable; None if it is None."""
+    if array is None or not array.flags.writeable:
+        return array
+    copy = array.copy()
+    copy.flags.writeable = False
+    return cast("A", copy)
 
 
 # Construction states of a component and the colours of everything on a site: one table for log and pictures.

@@ -13,6 +13,7 @@ from bimvox.crane.tower_crane import UNLIMITED, LuffingJib, Override, Reeving, S
 from bimvox.errors import ConfigError, InputError, enumerated
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
 from bimvox.site.config.crane import (
+    MACHINE_FILES,
     CraneConfig,
     LuffAxisConfig,
     LuffingConfig,
@@ -21,7 +22,6 @@ from bimvox.site.config.crane import (
     TravelConfig,
     WorkingRangeConfig,
     chart_of,
-    machine_of,
     reeving_of,
 )
 from bimvox.site.config.site_config import SiteConfig
@@ -147,7 +147,8 @@ def _machine(config: SiteConfig, given: CraneConfig) -> Machine | None:
     """Return the machine that a table names, from its file or from the catalogue; None if it describes the crane."""
     named = given.machine or given.name
     if given.machine is not None and given.machine.endswith(MACHINE_FILE):
-        machine = _own_machine(config, given.machine)
+        taken = [one.name for one in catalogue()]
+        machine = MACHINE_FILES.named(config, "crane.machine", given.machine, taken)
     elif named is None and given.kind in ("luffing", "mobile"):
         machine = machines_of(given.kind)[0]
     else:
@@ -163,22 +164,6 @@ def _machine(config: SiteConfig, given: CraneConfig) -> Machine | None:
             f"{machine.name!r} is not a machine of kind {given.kind!r}",
             available=[one.name for one in machines_of(given.kind)],
             hint=f"it is of kind {machine.kind!r}: leave kind out, or name another machine",
-        )
-    return machine
-
-
-def _own_machine(config: SiteConfig, name: str) -> Machine:
-    """Return the machine of a file next to the site file."""
-    text = config.machine_files.get(name)
-    if text is None:
-        raise config.error("crane.machine", f"the machine's file {name!r} is not there")
-    machine = machine_of(text, config.file.parent / name)
-    if machine_called(machine.name) is not None:
-        raise ConfigError(
-            config.file.parent / name,
-            "name",
-            f"{machine.name!r} is a machine of the catalogue",
-            hint="give your machine its own name",
         )
     return machine
 

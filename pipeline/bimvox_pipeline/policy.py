@@ -171,7 +171,7 @@ def _from_sb3(content: bytes, trust: bool) -> str:
 
     network = read_sb3_zip(content)
     config = DqnConfig(hidden=network.layer_sizes[1:-1])
-    policy = TrainedPolicy(network, (), 0, 0.0, 0.0, 0, config, seed=0)
+    policy = TrainedPolicy(config=config, network=network)
     return store.save(policy, f"imported:{hashlib.sha256(content).hexdigest()}")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from operator import attrgetter
 from typing import Any
 
 from bimvox.errors import InputError
@@ -11,15 +12,15 @@ from bimvox.log import schema as topics
 
 _DRAFT = "https://json-schema.org/draft/2020-12/schema"
 _SCHEMAS = {
-    "site": "bimvox.site.config.site_config:site_json_schema",
-    "crane": "bimvox.site.config.crane:machine_json_schema",
-    "gear": "bimvox.site.config.gear_file:gear_json_schema",
+    "site": "bimvox.site.config.site_config:SiteConfig.file_schema",
+    "crane": "bimvox.site.config.crane:MachineConfig.file_schema",
+    "gear": "bimvox.site.config.gear_file:GearConfig.file_schema",
     "obstructions": "bimvox.site.obstructions.file:obstructions_json_schema",
     "sweep": "bimvox_pipeline.fleet.runs:sweep_json_schema",
     "grid": f"{__name__}:grid_json_schema",
     "log": f"{__name__}:log_schema",
     "page": "bimvox.rendering.page.document:page_json_schema",
-    "score": "bimvox.policy.score_document:score_json_schema",
+    "score": "bimvox.policy.score_document:PolicyScore.file_schema",
 }
 """The function that makes each format's schema; its module is imported on use."""
 
@@ -37,7 +38,7 @@ def schema(name: str, *, plain_values: bool = False) -> dict[str, Any] | str:
     if name == "log" and plain_values:
         return log_schema_json()
     module, _, function = _SCHEMAS[name].partition(":")
-    made: dict[str, Any] | str = getattr(importlib.import_module(module), function)()
+    made: dict[str, Any] | str = attrgetter(function)(importlib.import_module(module))()
     return made
 
 

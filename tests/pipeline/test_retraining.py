@@ -56,7 +56,7 @@ def by_method(plan: LiftPlan, method: Method) -> tuple[int, ...]:
 def test_failed_lifts_are_solved_after_retraining_deterministically(serpentine, own_store, monkeypatch):
     monkeypatch.setattr("bimvox.policy.choice.RETRAINING_STARTS", 8)
     site, preparation = serpentine
-    shipped = PolicyInUse(str(generalist_record()["id"]), True, 0, 1.0, (), load_generalist())
+    shipped = PolicyInUse(id=str(generalist_record()["id"]), loaded=True, success_rate=1.0, network=load_generalist())
     propose = proposer(load_generalist())
     failed = by_method(plan_lifts(site, preparation, propose=propose), Method.SEARCH)
     assert failed

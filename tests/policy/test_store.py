@@ -27,7 +27,7 @@ def policy(seed: int = 0, success: float = 1.0) -> TrainedPolicy:
         tuple(random.standard_normal(b).astype(np.float32) for b in sizes[1:]),
     )
     curve = (CurvePoint(2000, 0.5, 1.25), CurvePoint(4000, success, 1.01))
-    return TrainedPolicy(network, curve, 4000, success, 1.01, 191, DqnConfig(hidden=(4,)), seed)
+    return TrainedPolicy(curve, 4000, success, 1.01, 191, DqnConfig(hidden=(4,)), seed, network=network)
 
 
 def rewrite(folder, change) -> None:

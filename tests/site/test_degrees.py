@@ -10,7 +10,7 @@ from bimvox.errors import ConfigError
 from bimvox.site.catalogue import machines_of
 from bimvox.site.config.file import parse_site_config
 from bimvox.site.config.rules import RulesConfig
-from bimvox.site.config.site_config import site_json_schema
+from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.config.template import site_toml
 from bimvox.site.site import Rules
 
@@ -71,7 +71,7 @@ def test_what_is_wrong_is_named_by_the_key_in_degrees(text, key, message):
 
 
 def test_the_schema_knows_only_degrees():
-    keys = {key for table in site_json_schema()["$defs"].values() for key in table.get("properties", ())}
+    keys = {key for table in SiteConfig.file_schema()["$defs"].values() for key in table.get("properties", ())}
     assert {"yaw_deg", "slew_deg", "luff_deg", "sling_angle_deg"} <= keys
     assert not [key for key in keys if key.endswith("_rad")]
 

@@ -148,7 +148,7 @@ def test_ones_own_machine_is_a_file_next_to_the_site_file():
         crane_of(parse_site_config(text, "s.toml"))
     with pytest.raises(ConfigError, match="contradicts the machine LX 280"):
         crane_of(parse_site_config(text + "hook_block_kg = 1\n", "s.toml", {"lx.toml": OWN}))
-    with pytest.raises(ConfigError, match="is a machine of the catalogue") as caught:
+    with pytest.raises(ConfigError, match="is known already") as caught:
         crane_of(parse_site_config(text, "s.toml", {"lx.toml": machine_text("flat-top-75", "hammerhead-45")}))
     assert (caught.value.path.name, caught.value.key) == ("lx.toml", "name")
 

@@ -14,7 +14,9 @@ BOX = ((3, 3, 1), (6, 4, 3))
 
 def learning_run(mode: str, seed: int, steps: int, *, reached: bool = True, budget: int = 40_000) -> LearningRun:
     curve = (CurvePoint(steps // 2, 0.4, -20.0, 0.3), CurvePoint(steps, 1.0 if reached else 0.6, -5.0, 1.0))
-    return LearningRun(mode, seed, reached, steps, budget, curve, 3.0, 2.5)
+    return LearningRun(
+        mode=mode, seed=seed, reached=reached, steps=steps, budget=budget, curve=curve, seconds=3.0, cpu_seconds=2.5
+    )
 
 
 def scenario_run(mode: str, seed: int, scenario: str, steps: int, *, succeeded: bool = True) -> ScenarioRun:
@@ -27,8 +29,7 @@ def scenario_run(mode: str, seed: int, scenario: str, steps: int, *, succeeded: 
         mode=mode,
         seed=seed,
         scenario=scenario,
-        start=(2, 2),
-        axis="x",
+        start=(2, 2, "x"),
         target=(7, 7, 1),
         obstructions=() if scenario == "a" else (BOX,),
         planned_cells=WHOLE,
@@ -67,7 +68,14 @@ def results(*, steps_b: int = 6_000, steps_c: int = 10_000, steps_d: int = 2_000
         scenarios=tuple(scenarios),
         unplanned=(),
         matched=tuple(
-            MatchedRun(seed, first, 4, 1_000 + 250 * seed, None if first < 1 and seed == 2 else 1_500, 20_000)
+            MatchedRun(
+                seed=seed,
+                exploration=first,
+                detour_moves=4,
+                near_steps=1_000 + 250 * seed,
+                far_steps=None if first < 1 and seed == 2 else 1_500,
+                budget=20_000,
+            )
             for seed in range(SEEDS)
             for first in (1.0, 0.02)
         ),
@@ -80,7 +88,11 @@ def results(*, steps_b: int = 6_000, steps_c: int = 10_000, steps_d: int = 2_000
             learning_run("targets", 0, 1_200, budget=2_000),
             learning_run("frame", 0, 50_000, reached=False, budget=50_000),
         ),
-        baselines=(BaselineRun(0, 191, 0.02, 1.0, None, 100_000, ()),),
+        baselines=(
+            BaselineRun(
+                seed=0, starts=191, random_success=0.02, teacher_success=1.0, steps=None, budget=100_000, curve=()
+            ),
+        ),
         field_seconds={"paper": 0.0001},
         missing=(),
     )

@@ -21,7 +21,9 @@ def small_policy(seed: int) -> TrainedPolicy:
         tuple(random.standard_normal((a, b)).astype(np.float32) for a, b in itertools.pairwise(sizes)),
         tuple(random.standard_normal(b).astype(np.float32) for b in sizes[1:]),
     )
-    return TrainedPolicy(network, (CurvePoint(2000, 1.0, 1.0),), 2000, 1.0, 1.0, 9, DqnConfig(hidden=(4,)), seed)
+    return TrainedPolicy(
+        (CurvePoint(2000, 1.0, 1.0),), 2000, 1.0, 1.0, 9, DqnConfig(hidden=(4,)), seed, network=network
+    )
 
 
 def use_store(folder: Path, times: int) -> list[str]:

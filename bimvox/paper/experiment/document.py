@@ -79,7 +79,7 @@ def _matched(results: ExperimentResults) -> list[dict[str, Any]]:
                     "finding": _finding(matched_finding(runs, test_every=test_every)),
                     "near": CensoredSteps(tuple(near), runs[0].budget).text(),
                     "far": CensoredSteps(tuple(far), runs[0].budget).text(),
-                    "pairs": [asdict(run) for run in runs],
+                    "pairs": [run.model_dump() for run in runs],
                 }
             )
     return judged
@@ -105,16 +105,12 @@ def _scenario(runs: Sequence[ScenarioRun], layers: Sequence[LearningRun]) -> dic
 
 
 def _scenario_seed(run: ScenarioRun) -> dict[str, Any]:
-    same = ("seed", "steps_to_success", "retrained", "success_rate", "shortest_moves", "random_success")
+    left_out = {"mode", "scenario", "succeeded", "steps", "budget", "tabular_curve"}
     return {
-        **{name: getattr(run, name) for name in (*same, "tabular_steps", "seconds")},
+        **run.model_dump(mode="json", exclude=left_out),
+        "steps_to_success": run.steps_to_success,
         "curve": [[row.steps, row.success_rate] for row in run.curve],
-        "start": [*run.start, run.axis],
-        "target": list(run.target),
-        "obstructions": [[list(low), list(high)] for low, high in run.obstructions],
-        "planned_cells": [list(cell) for cell in run.planned_cells],
-        "path_cells": [list(cell) for cell in run.path_cells],
-        "moves": max(0, len(run.path_cells) - 1),
+        "moves": run.moves,
     }
 
 

@@ -139,11 +139,11 @@ def _policies(runs: Sequence[ScenarioRun]) -> list[Scene]:
     scenes = []
     for scenario in SCENARIOS:
         run = whole[scenario]
-        layout = PaperLayout((YardPose(*run.start, run.axis),), (run.target,), run.obstructions)
+        layout = PaperLayout((YardPose(*run.start),), (run.target,), run.obstructions)
         site.reset(options={"layout": layout})
-        moves = len(run.path_cells) - 1
         how = "retrained" if run.retrained else "loaded policy"
-        outcome = f"{how}, {moves} moves of at least {run.shortest_moves}" if moves > 0 else "not learned in the budget"
+        learned = f"{how}, {run.moves} moves of at least {run.shortest_moves}"
+        outcome = learned if run.moves else "not learned in the budget"
         scenes.append(
             _scene_of_paths(
                 site.picture(),

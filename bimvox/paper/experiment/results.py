@@ -1,44 +1,45 @@
-"""The results of an experiment as values."""
+"""The results of an experiment as values; each run is read from the JSON values of its jobs and written as such."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from bimvox.paper.experiment.jobs import Job
-from bimvox.paper.policy.episodes import Curve, CurvePoint
+from pydantic import BaseModel, ConfigDict
 
-R = TypeVar("R", "LearningRun", "ScenarioRun", "BaselineRun")
+from bimvox.paper.experiment.jobs import Job
+from bimvox.paper.policy.episodes import Curve
 
 _Cell = tuple[int, int, int]
-_Box = tuple[_Cell, _Cell]
 
 
-@dataclass(frozen=True, slots=True)
-class LearningRun:
-    """A training run: initialization layer, ablation, or beyond the paper.
+class _Run(BaseModel):
+    """A run with one seed; other JSON values than its fields are left out."""
 
-    Attributes:
-        mode: ``paper`` or ``ours``; ablation: ``observation-reward``; beyond the paper: ``targets`` or ``frame``.
-        reached: Whether it was good enough within the budget.
-        steps: Steps taken.
-        budget: Steps allowed.
-        curve: Every test.
-        seconds: Wall time.
-        cpu_seconds: Processor time.
-        fresh_rate: Success rate without random actions on layouts that no test used. None if not measured.
-    """
+    model_config = ConfigDict(frozen=True)
+    seed: int
+
+
+class LearningRun(_Run):
+    """A training run: initialization layer, ablation, or beyond the paper."""
 
     mode: str
-    seed: int
+    """``paper`` or ``ours``; ablation: ``observation-reward``; beyond the paper: ``targets`` or ``frame``."""
     reached: bool
+    """Whether it was good enough within the budget."""
     steps: int
+    """Steps taken."""
     budget: int
+    """Steps allowed."""
     curve: Curve
+    """Every test."""
     seconds: float
+    """Wall time."""
     cpu_seconds: float
+    """Processor time."""
     fresh_rate: float | None = None
+    """Success rate without random actions on layouts that no test used. None if not measured."""
 
     @property
     def steps_to_success(self) -> int | None:
@@ -46,100 +47,90 @@ class LearningRun:
         return self.steps if self.reached else None
 
 
-@dataclass(frozen=True, slots=True)
-class ScenarioRun:
-    """One scenario of one mode and seed.
-
-    Attributes:
-        mode: ``paper`` or ``ours``.
-        scenario: ``a`` to ``d``.
-        start: Reference cell of the column in the yard: x, y.
-        axis: Axis along which it lies there.
-        target: Its reference cell when set.
-        obstructions: Half-open boxes of cells.
-        planned_cells: Reference cells of the path that the basic policy planned.
-        path_cells: The same of the final path; empty if nothing was learned within the budget.
-        retrained: Whether the network was retrained.
-        succeeded: Whether there is a final path.
-        steps: Steps of retraining.
-        budget: Steps allowed.
-        curve: Every test while retraining; the first, at 0 steps, tests the loaded network.
-        success_rate: In the last test; for the unchanged scenario, in the trial.
-        shortest_moves: Fewest moves possible.
-        random_success: Success rate of random actions.
-        tabular_steps: Steps of tabular Q-learning from scratch to the same requirement. None if the same budget was
-            not enough.
-        tabular_curve: Its tests.
-        seconds: Wall time.
-    """
+class ScenarioRun(_Run):
+    """One scenario of one mode and seed."""
 
     mode: str
-    seed: int
+    """``paper`` or ``ours``."""
     scenario: str
-    start: tuple[int, int]
-    axis: str
+    """``a`` to ``d``."""
+    start: tuple[int, int, str]
+    """Reference cell of the column in the yard, x and y, and the axis along which it lies there."""
     target: _Cell
-    obstructions: tuple[_Box, ...]
+    """Its reference cell when set."""
+    obstructions: tuple[tuple[_Cell, _Cell], ...]
+    """Half-open boxes of cells."""
     planned_cells: tuple[_Cell, ...]
+    """Reference cells of the path that the basic policy planned."""
     path_cells: tuple[_Cell, ...]
+    """The same of the final path; empty if nothing was learned within the budget."""
     retrained: bool
+    """Whether the network was retrained."""
     succeeded: bool
+    """Whether there is a final path."""
     steps: int
+    """Steps of retraining."""
     budget: int
+    """Steps allowed."""
     curve: Curve
+    """Every test while retraining; the first, at 0 steps, tests the loaded network."""
     success_rate: float
+    """In the last test; for the unchanged scenario, in the trial."""
     shortest_moves: int
+    """Fewest moves possible."""
     random_success: float
+    """Success rate of random actions."""
     tabular_steps: int | None
+    """Steps of tabular Q-learning from scratch to the same requirement. None if the same budget was not enough."""
     tabular_curve: Curve
+    """Its tests."""
     seconds: float
+    """Wall time."""
 
     @property
     def steps_to_success(self) -> int | None:
         """Steps of retraining needed. None if the budget was not enough."""
         return self.steps if self.succeeded else None
 
+    @property
+    def moves(self) -> int:
+        """Moves of the final path."""
+        return max(0, len(self.path_cells) - 1)
 
-@dataclass(frozen=True, slots=True)
-class MatchedRun:
-    """Retraining on a pair of sites that differ only in which end of the path the obstruction is close to.
 
-    Attributes:
-        exploration: Share of random actions at the start.
-        detour_moves: Moves that either obstruction adds to the shortest path.
-        near_steps: Steps with the obstruction close to the start. None if the budget was not enough.
-        far_steps: The same, close to the target.
-        budget: Steps allowed.
-    """
+class MatchedRun(_Run):
+    """Retraining on a pair of sites that differ only in which end of the path the obstruction is close to."""
 
-    seed: int
     exploration: float
+    """Share of random actions at the start."""
     detour_moves: int
+    """Moves that either obstruction adds to the shortest path."""
     near_steps: int | None
+    """Steps with the obstruction close to the start. None if the budget was not enough."""
     far_steps: int | None
+    """The same, close to the target."""
     budget: int
+    """Steps allowed."""
 
 
-@dataclass(frozen=True, slots=True)
-class BaselineRun:
-    """The baselines of the initialization layer for one seed.
+class BaselineRun(_Run):
+    """The baselines of the initialization layer for one seed."""
 
-    Attributes:
-        starts: Number of distinct starts.
-        random_success: Success rate of random actions.
-        teacher_success: Success rate of descending the exact distance field.
-        steps: Of tabular Q-learning to 100 of 100 episodes. None if the budget was not enough.
-        budget: Steps allowed.
-        curve: Its tests.
-    """
-
-    seed: int
     starts: int
+    """Number of distinct starts."""
     random_success: float
+    """Success rate of random actions."""
     teacher_success: float
+    """Success rate of descending the exact distance field."""
     steps: int | None
+    """Of tabular Q-learning to 100 of 100 episodes. None if the budget was not enough."""
     budget: int
+    """Steps allowed."""
     curve: Curve
+    """Its tests."""
+
+
+R = TypeVar("R", bound=_Run)
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,82 +175,49 @@ def results_of(
     def of(part: str) -> list[dict[str, Any]]:
         return [documents[job.name] for job in jobs if job.part == part and job.name in documents]
 
+    def runs(kind: type[R], part: str) -> tuple[R, ...]:
+        return tuple(kind.model_validate(document) for document in of(part))
+
     applied = {(d["mode"], d["seed"]): d for d in of("apply")}
     return ExperimentResults(
         settings=settings,
-        initialization=tuple(_run(LearningRun, document) for document in of("initialize")),
+        initialization=runs(LearningRun, "initialize"),
         scenarios=tuple(_scenario_runs(applied, of("adapt"))),
         unplanned=tuple(key for key, document in applied.items() if not document["planned"]),
         matched=tuple(_matched_runs(of("matched"))),
-        ablation=tuple(_run(LearningRun, document) for document in of("ablation")),
-        beyond=tuple(_run(LearningRun, document) for document in of("beyond")),
-        baselines=tuple(_run(BaselineRun, document) for document in of("baseline")),
+        ablation=runs(LearningRun, "ablation"),
+        beyond=runs(LearningRun, "beyond"),
+        baselines=runs(BaselineRun, "baseline"),
         field_seconds=next((document["field_seconds"] for document in of("teacher")), {}),
         missing=tuple(job.name for job in jobs if job.name not in documents),
     )
 
 
-def _run(kind: type[R], document: Mapping[str, Any], **more: Any) -> R:
-    """Return a run from the JSON values that have the names of its fields."""
-    known = {field.name: document[field.name] for field in fields(kind) if field.name in document}
-    return kind(**{**known, "curve": _curve(document["curve"]), **more})
-
-
 def _scenario_runs(
-    applied: dict[tuple[str, int], dict[str, Any]], adapted: list[dict[str, Any]]
+    applied: Mapping[tuple[str, int], dict[str, Any]], adapted: Sequence[dict[str, Any]]
 ) -> Iterable[ScenarioRun]:
     """Yield the unchanged scenario of every mode and seed, then the changed ones."""
-    for (mode, seed), layout in applied.items():
+    kept: dict[str, Any] = {"retrained": False, "succeeded": True, "steps": 0, "budget": 0, "curve": ()}
+    for (mode, _), layout in applied.items():
         if layout["planned"]:
-            cells = layout["path_cells"]
-            kept = {
-                "retrained": False,
-                "succeeded": True,
-                "steps": 0,
-                "budget": 0,
-                "curve": [],
-                "success_rate": layout["trial_success"],
-                "path_cells": cells,
-                "seconds": layout["seconds"],
-            }
-            yield _scenario_run(mode, seed, "a", layout, kept)
+            trial = {"scenario": "a", "success_rate": layout["trial_success"]}
+            yield _scenario_run(mode, layout, {**layout, **kept, **trial})
     for document in adapted:
         if document["planned"]:
             mode = document["mode"].rsplit("-", 1)[0]
-            layout = applied[mode, document["seed"]]
-            yield _scenario_run(mode, document["seed"], document["scenario"], layout, document)
+            yield _scenario_run(mode, applied[mode, document["seed"]], document)
 
 
-def _matched_runs(documents: list[dict[str, Any]]) -> Iterable[MatchedRun]:
-    for d in documents:
-        for pair in d["pairs"]:
-            for exploration, (near, far) in zip(d["explorations"], pair["steps"], strict=True):
-                yield MatchedRun(d["seed"], exploration, pair["detour_moves"], near, far, d["budget"])
+def _scenario_run(mode: str, layout: Mapping[str, Any], document: Mapping[str, Any]) -> ScenarioRun:
+    """Return a scenario from what was made of it, on the layout on which the basic policy planned a path."""
+    given = {name: layout[name] for name in ("start", "target")} | {"planned_cells": layout["path_cells"]}
+    described = layout["scenarios"][document["scenario"]]
+    return ScenarioRun.model_validate({**described, **document, **given, "mode": mode})
 
 
-def _scenario_run(mode: str, seed: int, scenario: str, layout: dict[str, Any], d: dict[str, Any]) -> ScenarioRun:
-    described = layout["scenarios"][scenario]
-    x, y, axis = layout["start"]
-    return _run(
-        ScenarioRun,
-        {**described, **d},
-        mode=mode,
-        seed=seed,
-        scenario=scenario,
-        start=(x, y),
-        axis=axis,
-        target=_cell(layout["target"]),
-        obstructions=tuple((_cell(low), _cell(high)) for low, high in described["obstructions"]),
-        planned_cells=tuple(_cell(cell) for cell in layout["path_cells"]),
-        path_cells=tuple(_cell(cell) for cell in d["path_cells"]),
-        tabular_curve=_curve(described["tabular_curve"]),
-    )
-
-
-def _curve(rows: list[list[Any]]) -> Curve:
-    return tuple(CurvePoint(*row) for row in rows)
-
-
-def _cell(values: list[int]) -> _Cell:
-    x, y, z = values
-    return x, y, z
+def _matched_runs(documents: Sequence[dict[str, Any]]) -> Iterable[MatchedRun]:
+    for document in documents:
+        for pair in document["pairs"]:
+            for exploration, (near, far) in zip(document["explorations"], pair["steps"], strict=True):
+                steps = {"exploration": exploration, "near_steps": near, "far_steps": far}
+                yield MatchedRun.model_validate({**document, **pair, **steps})

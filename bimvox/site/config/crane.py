@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import astuple
-from functools import lru_cache, partial
+from functools import partial
 from itertools import pairwise
-from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -15,18 +14,17 @@ from bimvox.crane.kinematics import with_luffing_jib, with_reeving
 from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.machine import Machine
 from bimvox.crane.tower_crane import AxisLimits, LuffingJib, Reeving, TowerCrane, WorkingRange
-from bimvox.errors import ConfigError, InputError
 from bimvox.site.config.validation import (
     NotNegative,
     Number,
     Point2or3,
     Positive,
     Table,
+    TableFiles,
     Text,
     Whole,
     in_radians,
     not_below,
-    table_of,
 )
 
 
@@ -323,29 +321,11 @@ class MachineConfig(Table):
         return self
 
 
-def machine_of(text: bytes, path: Path) -> Machine:
-    """Return the machine that a file describes.
-
-    Args:
-        text: The file's content, TOML.
-        path: Its name, for messages.
-
-    Raises:
-        ConfigError: If it is not TOML, a key is unknown or missing, or a value is not allowed; names file and key.
-    """
-    return _machine_of(text, path)
-
-
-@lru_cache(maxsize=64)
-def _machine_of(text: bytes, path: Path) -> Machine:
-    given = table_of(text, path, MachineConfig)
-    try:
-        pairs = sorted(_cranes(given), key=lambda pair: (pair[0], pair[1].falls))
-    except InputError as error:
-        raise ConfigError(path, None, error.message, hint=error.hint) from None
-    return Machine(
-        given.name, given.kind, given.about, tuple(length for length, _ in pairs), tuple(crane for _, crane in pairs)
-    )
+def _machine(given: MachineConfig) -> Machine:
+    """Return the machine that a file describes."""
+    pairs = sorted(_cranes(given), key=lambda pair: (pair[0], pair[1].falls))
+    lengths_m, cranes = zip(*pairs, strict=True)
+    return Machine(given.name, given.kind, given.about, lengths_m, cranes)
 
 
 def _cranes(given: MachineConfig) -> Iterator[tuple[float, TowerCrane]]:
@@ -393,6 +373,4 @@ def reeving_of(given: ReevingConfig) -> Reeving:
     return Reeving(given.falls, chart_of(given.chart), given.hook_block_kg, given.trolley_rate_m_s, given.gears)
 
 
-def machine_json_schema() -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of a machine's file."""
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **MachineConfig.model_json_schema()}
+MACHINE_FILES = TableFiles(MachineConfig, _machine, "catalogue", "machine")

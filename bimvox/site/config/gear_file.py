@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from functools import cache, lru_cache
-from importlib import resources
+from functools import cache
 from itertools import pairwise
 from math import radians
-from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
 from bimvox.crane.gear import Gear, GearFamily, GearKind, GearSize
-from bimvox.errors import ConfigError
 from bimvox.site.config.site_config import SiteConfig
-from bimvox.site.config.validation import NotNegative, Positive, Table, Text, table_of
+from bimvox.site.config.validation import NotNegative, Positive, Table, TableFiles, Text
 
 _Ascending = Annotated[tuple[Positive, ...], Field(min_length=1)]
 
@@ -85,22 +82,8 @@ class GearConfig(Table):
         return self
 
 
-def gear_of(text: bytes, path: Path) -> GearFamily:
-    """Return the gear that a file describes.
-
-    Args:
-        text: The file's content, TOML.
-        path: Its name, for messages.
-
-    Raises:
-        ConfigError: If it is not TOML, a key is unknown or missing, or a value is not allowed; names file and key.
-    """
-    return _gear_of(text, path)
-
-
-@lru_cache(maxsize=64)
-def _gear_of(text: bytes, path: Path) -> GearFamily:
-    given = table_of(text, path, GearConfig)
+def _family(given: GearConfig) -> GearFamily:
+    """Return the gear that a file describes."""
     choked = 0.8 if given.choked is None and given.kind is GearKind.ROUND_SLING else given.choked or 1.0
     return GearFamily(
         given.name, given.kind, given.about, tuple(map(_size, given.size)), given.lengths_m or (), choked,
@@ -114,17 +97,13 @@ def _size(given: GearSizeConfig) -> GearSize:
     return GearSize(given.name, most_kg, given.mass_kg, given.leg_kg, given.kg_per_m, chart)
 
 
+GEAR_FILES = TableFiles(GearConfig, _family, "gear_catalogue", "gear")
+
+
 @cache
 def gear_catalogue() -> tuple[GearFamily, ...]:
     """Return the gear of the catalogue: the files of ``bimvox/crane/gear_catalogue``, by name."""
-    folder = resources.files("bimvox") / "crane" / "gear_catalogue"
-    files = sorted((file for file in folder.iterdir() if file.name.endswith(".toml")), key=lambda file: file.name)
-    return tuple(gear_of(file.read_bytes(), Path(file.name)) for file in files)
-
-
-def gear_json_schema() -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of a file of gear."""
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **GearConfig.model_json_schema()}
+    return GEAR_FILES.catalogue()
 
 
 def gear_of_site(config: SiteConfig) -> Gear:
@@ -135,14 +114,8 @@ def gear_of_site(config: SiteConfig) -> Gear:
     """
     own: list[GearFamily] = []
     for number, name in enumerate(config.rigging.gear):
-        text = config.machine_files.get(name)
-        if text is None:
-            raise config.error(f"rigging.gear[{number}]", f"the file of gear {name!r} is not there")
-        family = gear_of(text, config.file.parent / name)
-        if family.name in [one.name for one in (*own, *gear_catalogue())]:
-            hint = "give your gear its own name"
-            raise ConfigError(config.file.parent / name, "name", f"{family.name!r} is known already", hint=hint)
-        own.append(family)
+        taken = [family.name for family in (*own, *gear_catalogue())]
+        own.append(GEAR_FILES.named(config, f"rigging.gear[{number}]", name, taken))
     kinds = {family.kind for family in own}
     catalogue = (family for family in gear_catalogue() if family.kind not in kinds)
     return Gear((*own, *catalogue), config.rigging.spreader_from_m)

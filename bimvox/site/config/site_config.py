@@ -479,8 +479,3 @@ class SiteConfig(Table):
                 raise ValueError(f"{key}.base_m is missing: give the position of {crane.name}")
             names.append(crane.name)
         return self
-
-
-def site_json_schema() -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of the site file."""
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **SiteConfig.model_json_schema()}

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from importlib import resources
 from math import degrees, radians
 from pathlib import Path
 from types import UnionType
-from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, TypeVar, Union, cast, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from bimvox.errors import ConfigError, shown
+from bimvox.errors import ConfigError, InputError, shown
 from bimvox.site.nested import UTF8_HINT, WHERE_HINT, toml_values
 
+if TYPE_CHECKING:
+    from bimvox.site.config.site_config import SiteConfig
+
 S = TypeVar("S", bound=BaseModel)
+V = TypeVar("V")
 
 
 class Table(BaseModel):
@@ -35,6 +41,11 @@ class Table(BaseModel):
             if now in values:
                 raise ValueError(f"{now} and {key} are the same angle: give {now} alone")
         return {earlier.get(key, key): _degrees(value) if key in earlier else value for key, value in values.items()}
+
+    @classmethod
+    def file_schema(cls) -> dict[str, Any]:
+        """Return the JSON Schema (draft 2020-12) of a file of this table."""
+        return {"$schema": "https://json-schema.org/draft/2020-12/schema", **cls.model_json_schema()}
 
 
 def _degrees(value: Any) -> Any:
@@ -140,6 +151,64 @@ def table_of(text: bytes, path: Path, schema: type[S]) -> S:
         raise ConfigError(path, found.key or None, found.message, available=found.available, hint=found.hint) from None
     except ValueError as error:
         raise ConfigError(path, None, str(error), hint=WHERE_HINT) from None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TableFiles(Generic[S, V]):
+    """The files of one kind of table: those of a catalogue in the package, and a person's own next to a site file.
+
+    Attributes:
+        schema: What they may hold.
+        value: What a file describes.
+        folder: That of the catalogue, in ``bimvox/crane``.
+        what: What they describe, for messages.
+    """
+
+    schema: type[S]
+    value: Callable[[S], V]
+    folder: str
+    what: str
+
+    def read(self, text: bytes, path: Path) -> V:
+        """Return what a file describes.
+
+        Args:
+            text: The file's content, TOML.
+            path: Its name, for messages.
+
+        Raises:
+            ConfigError: If it is not TOML, a key is unknown or missing, or a value is not allowed; names file and key.
+        """
+        return cast("V", _read_once(self, text, path))
+
+    def catalogue(self) -> tuple[V, ...]:
+        """Return what the files of the catalogue describe, by their names."""
+        folder = resources.files("bimvox") / "crane" / self.folder
+        files = sorted((file for file in folder.iterdir() if file.name.endswith(".toml")), key=lambda file: file.name)
+        return tuple(self.read(file.read_bytes(), Path(file.name)) for file in files)
+
+    def named(self, config: SiteConfig, key: str, name: str, taken: Collection[str]) -> V:
+        """Return what a file next to a site file describes, which names it in a key.
+
+        Raises:
+            ConfigError: As ``read``, if the file is not there, or if what it describes has a name that is taken.
+        """
+        text, path = config.machine_files.get(name), config.file.parent / name
+        if text is None:
+            raise config.error(key, f"the file of {self.what} {name!r} is not there")
+        value = self.read(text, path)
+        if (called := getattr(value, "name", None)) in taken:
+            raise ConfigError(path, "name", f"{called!r} is known already", hint=f"give your {self.what} its own name")
+        return value
+
+
+@lru_cache(maxsize=64)
+def _read_once(files: TableFiles[Any, Any], text: bytes, path: Path) -> Any:
+    given = table_of(text, path, files.schema)
+    try:
+        return files.value(given)
+    except InputError as error:
+        raise ConfigError(path, None, error.message, hint=error.hint) from None
 
 
 def nearest(word: str, known: Sequence[str]) -> str | None:

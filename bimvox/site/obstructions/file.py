@@ -206,11 +206,11 @@ class ObstructionFile(Table):
 
 def obstructions_json_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of the obstruction file."""
-    schema = ObstructionFile.model_json_schema()
+    schema = ObstructionFile.file_schema()
     schema["$defs"]["ObstructionEntry"]["oneOf"] = [
         {"required": [key], "properties": {key: {"not": {"type": "null"}}}} for key in FORMS
     ]
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+    return schema
 
 
 def read_mesh_file(path: Path, unit: str) -> TriangleMesh:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bimvox.errors import InputError
 from bimvox.grid.frame import GridFrame
-from bimvox.site.component import IntVec
+from bimvox.site.component import IntVec, frozen
 from bimvox.site.obstructions.cells import FAR_M, TOLERANCE_M, Rasterise, Where, obstruction_cells
 from bimvox.site.obstructions.obstruction_set import BOX, CYLINDER, VOXELS, Obstruction, Rows
 from bimvox.site.site import Blocker
@@ -281,7 +281,7 @@ def blockers_of(found: Iterable[tuple[str, Cells, bool]], shape: IntVec) -> list
         if crowd is not None and not is_other_file:
             crowd.add(name, cells)
             continue
-        blocker = Blocker(name, "obstruction", _frozen(cells))
+        blocker = Blocker(name, "obstruction", frozen(cells))
         single.append(blocker)
         if is_other_file:
             continue
@@ -339,16 +339,10 @@ class _Crowd:
         groups, starts = np.unique(group[order], return_index=True)
         parts = np.split(cells, starts[1:])
         return [
-            Blocker(self._name(number * size, size), "obstruction", _frozen(part))
+            Blocker(self._name(number * size, size), "obstruction", frozen(part))
             for number, part in zip(groups.tolist(), parts, strict=True)
         ]
 
     def _name(self, first: int, size: int) -> str:
         names = self._names[first : first + size]
         return names[0] if len(names) == 1 else f"{names[0]} to {names[-1]} ({len(names):,} obstructions)"
-
-
-def _frozen(cells: Cells) -> Cells:
-    frozen = cells.copy() if cells.flags.writeable else cells
-    frozen.flags.writeable = False
-    return frozen

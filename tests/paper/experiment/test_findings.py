@@ -83,8 +83,7 @@ def run(scenario, seed, steps, *, succeeded=True, rate=1.0):
         mode="paper",
         seed=seed,
         scenario=scenario,
-        start=(0, 0),
-        axis="x",
+        start=(0, 0, "x"),
         target=(7, 7, 1),
         obstructions=(),
         planned_cells=(),
@@ -162,7 +161,13 @@ def test_nothing_run_finds_nothing():
 
 
 def matched(near, far, seeds=SEEDS):
-    return [MatchedRun(seed, 1.0, 4, near(seed), far(seed), 20_000) for seed in seeds for _ in range(2)]
+    return [
+        MatchedRun(
+            seed=seed, exploration=1.0, detour_moves=4, near_steps=near(seed), far_steps=far(seed), budget=20_000
+        )
+        for seed in seeds
+        for _ in range(2)
+    ]
 
 
 def test_matched_pairs_are_judged_seed_by_seed():

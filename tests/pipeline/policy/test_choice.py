@@ -47,7 +47,7 @@ def site(site_folder: Path) -> Path:
 def stored(network: QNetwork, site: Path | None = None, *, key: str = "other") -> str:
     """Store a network as if it were trained, for a site if one is given."""
     outline = outline_of(load_site(site, SilentProgress()).site) if site is not None else None
-    policy = TrainedPolicy(network, (), 0, 0.5, 1.5, 10, DqnConfig(hidden=network.layer_sizes[1:-1]), seed=0)
+    policy = TrainedPolicy((), 0, 0.5, 1.5, 10, DqnConfig(hidden=network.layer_sizes[1:-1]), seed=0, network=network)
     return policies.save(policy, key, site=outline)
 
 
@@ -139,7 +139,7 @@ def test_a_stored_policy_is_used_only_if_training_would_give_it(
     config = adapting(DqnConfig(required_success=0.9), network.layer_sizes[1:-1])
     parent = generalist_record()["id"]
     built = load_site(site, SilentProgress()).site
-    policy = TrainedPolicy(network, (), steps, rate, 1.0, 20, config, 0, parent, budget)
+    policy = TrainedPolicy((), steps, rate, 1.0, 20, config, 0, parent, budget, network=network)
     held = policies.save(policy, built.geometry_digest)
     monkeypatch.setattr("bimvox.policy.choice.train", trains)
     if serves:
@@ -162,7 +162,7 @@ def test_lifts_that_the_policy_fails_are_retrained_on(site, own_store, monkeypat
         assert (steps, start.parent) == (4_000, weak)
         np.testing.assert_array_equal(start.network.biases[-1], knows_nothing().biases[-1])
         assert len(problems) >= len(failed)
-        return TrainedPolicy(load_generalist(), (), 1_234, 1.0, 1.0, 20, config, seed, start.parent)
+        return TrainedPolicy((), 1_234, 1.0, 1.0, 20, config, seed, start.parent, network=load_generalist())
 
     monkeypatch.setattr("bimvox.policy.choice.train", trained)
     progress = SilentProgress()
@@ -194,7 +194,7 @@ def test_retraining_after_greedy_values_starts_from_the_shipped_network(site, ow
 
     def trained(problems, config, *, seed, steps, start, **rest) -> TrainedPolicy:
         assert start.network is load_generalist()
-        return TrainedPolicy(trains_to[-1], (), 1_234, 1.0, 1.0, 20, config, seed, start.parent)
+        return TrainedPolicy((), 1_234, 1.0, 1.0, 20, config, seed, start.parent, network=trains_to[-1])
 
     monkeypatch.setattr("bimvox.policy.choice.train", trained)
     progress = SilentProgress()

@@ -43,7 +43,7 @@ def observations(seed: int = 1) -> np.ndarray:
 def stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.setenv(store.STORE_VARIABLE, str(tmp_path / "store"))
     curve = (CurvePoint(2000, 1.0, 1.01),)
-    return store.save(TrainedPolicy(network(), curve, 2000, 1.0, 1.01, 50, DqnConfig(hidden=(12, 8)), 3), "key")
+    return store.save(TrainedPolicy(curve, 2000, 1.0, 1.01, 50, DqnConfig(hidden=(12, 8)), 3, network=network()), "key")
 
 
 def test_a_policy_goes_to_another_store_and_is_the_same(

@@ -21,7 +21,7 @@ def policy_id(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     weights = np.zeros((INPUT_SIZE, ACTION_COUNT), np.float32)
     network = QNetwork((weights,), (np.zeros(ACTION_COUNT, np.float32),))
     curve = (CurvePoint(1000, 0.5, 1.1), CurvePoint(2000, 1.0, 1.0))
-    return store.save(TrainedPolicy(network, curve, 2000, 1.0, 1.0, 50, DqnConfig(), seed=3), "key")
+    return store.save(TrainedPolicy(curve, 2000, 1.0, 1.0, 50, DqnConfig(), seed=3, network=network), "key")
 
 
 def test_a_stored_policy_is_listed_shown_and_removed(policy_id: str, tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from bimvox.crane.gear import GearKind
 from bimvox.errors import ConfigError
-from bimvox.site.config.gear_file import gear_catalogue, gear_of
+from bimvox.site.config.gear_file import GEAR_FILES, gear_catalogue
 
 OWN = """
 name = "our chains"
@@ -39,7 +39,7 @@ def test_the_chain_of_the_catalogue_has_the_limits_of_its_standard():
 
 
 def test_own_gear_is_a_file_like_those_of_the_catalogue():
-    family = gear_of(OWN.encode(), Path("own.toml"))
+    family = GEAR_FILES.read(OWN.encode(), Path("own.toml"))
     assert (family.name, family.lengths_m, [size.name for size in family.sizes]) == (
         "our chains",
         (3.0, 5.0),
@@ -65,5 +65,5 @@ def test_own_gear_is_a_file_like_those_of_the_catalogue():
 def test_a_wrong_file_of_gear_is_refused_by_key(old, new, key, says):
     assert old in OWN
     with pytest.raises(ConfigError, match=says) as caught:
-        gear_of(OWN.replace(old, new, 1).encode(), Path("own.toml"))
+        GEAR_FILES.read(OWN.replace(old, new, 1).encode(), Path("own.toml"))
     assert key is None or caught.value.key == key

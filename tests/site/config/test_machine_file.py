@@ -8,7 +8,7 @@ import pytest
 from own_machine import machine_text
 
 from bimvox.errors import ConfigError
-from bimvox.site.config.crane import machine_json_schema, machine_of
+from bimvox.site.config.crane import MACHINE_FILES, MachineConfig
 
 PATH = Path("lx.toml")
 TEXT = machine_text("LX 280", "hammerhead-65").decode()
@@ -16,7 +16,7 @@ LUFFING = machine_text("LX L", "luffing-40").decode()
 
 
 def test_a_machine_has_every_jib_with_every_reeving_the_shortest_and_lightest_first():
-    machine = machine_of(TEXT.encode(), PATH)
+    machine = MACHINE_FILES.read(TEXT.encode(), PATH)
     assert (machine.name, machine.kind) == ("LX 280", "hammerhead")
     assert [(crane.jib_length_m, crane.falls) for crane in machine.cranes] == [
         (length, falls) for length in (40.0, 50.0, 60.0, 65.0) for falls in (2, 4)
@@ -28,7 +28,7 @@ def test_a_machine_has_every_jib_with_every_reeving_the_shortest_and_lightest_fi
 
 
 def test_a_luffing_machine_has_its_radii_from_its_jib():
-    machine = machine_of(LUFFING.encode(), PATH)
+    machine = MACHINE_FILES.read(LUFFING.encode(), PATH)
     assert machine.lengths_m == (30.0, 35.0, 40.0)
     assert [crane.luffing.length_m for crane in machine.cranes] == [30.0, 35.0, 40.0]
     assert all(crane.jib_length_m == crane.luffing.radii_m[1] for crane in machine.cranes)
@@ -52,16 +52,16 @@ def test_a_luffing_machine_has_its_radii_from_its_jib():
 def test_a_wrong_file_is_refused_by_file_and_key(old, new, key, said):
     assert old in TEXT
     with pytest.raises(ConfigError, match=said) as caught:
-        machine_of(TEXT.replace(old, new).encode(), PATH)
+        MACHINE_FILES.read(TEXT.replace(old, new).encode(), PATH)
     assert (caught.value.path, caught.value.key) == (PATH, key)
 
 
 def test_bytes_that_are_not_text_are_refused():
     with pytest.raises(ConfigError, match="not UTF-8"):
-        machine_of(b"\xff\xff", PATH)
+        MACHINE_FILES.read(b"\xff\xff", PATH)
 
 
 def test_the_schema_describes_every_key():
-    schema = machine_json_schema()
+    schema = MachineConfig.file_schema()
     assert {"name", "kind", "about", "jib", "luffing"} <= schema["properties"].keys()
     assert all(value.keys() & {"description", "$ref"} for value in schema["properties"].values())

@@ -9,7 +9,7 @@ from bimvox.errors import ConfigError
 from bimvox.site.collision import CLEARANCES
 from bimvox.site.config.file import parse_site_config
 from bimvox.site.config.rules import RulesConfig
-from bimvox.site.config.site_config import ModelConfig, SiteConfig, site_json_schema
+from bimvox.site.config.site_config import ModelConfig, SiteConfig
 from bimvox.site.default_rules import ALL_KEPT, DEFAULT_RULES, Kept
 from bimvox.site.site import HeadingRule, Rules
 from bimvox.units import METRES_PER_UNIT
@@ -60,7 +60,7 @@ def test_the_units_are_the_known_ones():
 
 
 def test_the_schema_names_every_key_and_describes_it():
-    schema = json.loads(json.dumps(site_json_schema()))
+    schema = json.loads(json.dumps(SiteConfig.file_schema()))
     assert schema["properties"].keys() == SiteConfig.model_fields.keys()
     assert schema["additionalProperties"] is False
     for name in ("ModelConfig", "CraneConfig", "ComponentConfig", "RulesConfig", "PolicyConfig"):
