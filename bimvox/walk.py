@@ -1,4 +1,4 @@
-"""The walk over the turns of a plan: the state before each, and what its steps find, stored by what they read.
+"""The walk over the turns of a plan: the state before each, and the results of its steps, stored by what they read.
 
 Planning a building is a fold. The state before turn n is what is in place and in the yard by then. A step is a pure
 function of that state and of a task: it searches a path, makes a motion, proves a lift. The walk knows none of this. It
@@ -30,7 +30,7 @@ from bimvox.workers import Workers, in_chunks
 
 State = TypeVar("State")
 Task = TypeVar("Task")
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 T = TypeVar("T")
 
 _DIGEST_BYTES = 16
@@ -38,7 +38,7 @@ _PLAIN = (str, int, float, bool, bytes, type(None), Enum, np.generic)
 
 
 class Store:
-    """What steps found, by the digest of what they read.
+    """Results of steps, by the digest of what they read.
 
     Objects that are equal only to themselves (a site, contacts, a network) count by their identity, and are kept alive
     for that; arrays, numbers, texts, tuples and dataclasses of these count by their content.
@@ -46,7 +46,7 @@ class Store:
 
     def __init__(self) -> None:
         self._is_on = os.environ.get("BIMVOX_STORE", "") != "off"
-        self._found: dict[bytes, Any] = {}
+        self._results: dict[bytes, Any] = {}
         self._digests: dict[int, tuple[object, bytes]] = {}
 
     def key(self, *read: object) -> bytes:
@@ -60,23 +60,23 @@ class Store:
         """Return what is stored under a key; if there is nothing, what is made now."""
         if not self._is_on:
             return make()
-        if key not in self._found:
-            self._found[key] = make()
-        found: T = self.get(key)
-        return found
+        if key not in self._results:
+            self._results[key] = make()
+        result: T = self.get(key)
+        return result
 
     def has(self, key: bytes) -> bool:
         """Return whether something is stored under a key."""
-        return key in self._found
+        return key in self._results
 
     def get(self, key: bytes) -> Any:
         """Return what is stored under a key."""
-        return self._found[key]
+        return self._results[key]
 
-    def add(self, key: bytes, found: object) -> None:
-        """Store what was found under a key."""
+    def add(self, key: bytes, result: object) -> None:
+        """Store a result under a key."""
         if self._is_on:
-            self._found[key] = found
+            self._results[key] = result
 
     @property
     def is_on(self) -> bool:
@@ -113,7 +113,7 @@ class Store:
         return known[1]
 
 
-class Walk(ABC, Generic[State, Task, Found]):
+class Walk(ABC, Generic[State, Task, Result]):
     """Steps at the turns of a plan, in ascending order.
 
     A walk is a dataclass, and is sent to each process once. What a process has walked so far is kept there, one state
@@ -147,8 +147,8 @@ class Walk(ABC, Generic[State, Task, Found]):
         """Return the turn of a task."""
 
     @abstractmethod
-    def step(self, state: State, task: Task) -> Found:
-        """Return what is found at the turn of a task; the state is only used to go past that turn afterwards."""
+    def step(self, state: State, task: Task) -> Result:
+        """Return the result at the turn of a task; the state is only used to go past that turn afterwards."""
 
     def read(self, task: Task) -> tuple[object, ...]:
         """Return all that the step of a task reads besides the state."""
@@ -160,7 +160,7 @@ class Walk(ABC, Generic[State, Task, Found]):
         return self.roots
 
     def key(self, store: Store, task: Task) -> bytes:
-        """Return the key of what is found for a task."""
+        """Return the key of the result of a task."""
         return store.key(self._before(store, self.turn_of(task)), *self.read(task))
 
     def _before(self, store: Store, turn: int) -> bytes:
@@ -172,14 +172,14 @@ class Walk(ABC, Generic[State, Task, Found]):
             chain.append(store.key(chain[n], self.passed[n]))
         return chain[turn]
 
-    def steps(self, tasks: Sequence[Task]) -> list[Found]:
-        """Return what is found for tasks, in ascending order of their turns, by this process."""
+    def steps(self, tasks: Sequence[Task]) -> list[Result]:
+        """Return the results of tasks, in ascending order of their turns, by this process."""
         return [self.step(self._state_before(self.turn_of(task)), task) for task in tasks]
 
-    def found(
+    def results(
         self, tasks: Sequence[Task], store: Store, workers: Workers, done: Callable[[int, int], object] | None = None
-    ) -> list[Found]:
-        """Return what is found for tasks, in ascending order of their turns.
+    ) -> list[Result]:
+        """Return the results of tasks, in ascending order of their turns.
 
         Args:
             tasks: The tasks.
@@ -190,9 +190,9 @@ class Walk(ABC, Generic[State, Task, Found]):
         keys = [self.key(store, task) for task in tasks] if store.is_on else [b""] * len(tasks)
         missing = [n for n, key in enumerate(keys) if not store.has(key)]
         calls = [(self, [tasks[n] for n in chunk]) for chunk in in_chunks(missing, workers.count)]
-        told = None if done is None else lambda ended: done(ended, len(calls))
+        report = None if done is None else lambda ended: done(ended, len(calls))
         with workers.knowing(self):
-            made = iter([one for chunk in workers.run(Walk.steps, calls, told) for one in chunk])
+            made = iter([one for chunk in workers.run(Walk.steps, calls, report) for one in chunk])
         at_rest(type(self))
         new = {n: next(made) for n in missing}
         for n, one in new.items():

@@ -74,22 +74,22 @@ def test_any_walks_after_each_other_find_what_each_finds_alone(data):
     for _ in range(data.draw(st.integers(1, 4))):
         walk = Sums(data.draw(st.sampled_from([SITE, Site(8)])), data.draw(numbers))
         tasks = data.draw(tasks_of(walk))
-        assert walk.found(sorted(tasks), store, ALONE) == [walk.right(task) for task in sorted(tasks)]
+        assert walk.results(sorted(tasks), store, ALONE) == [walk.right(task) for task in sorted(tasks)]
         assert walk.steps(tasks) == [walk.right(task) for task in tasks], "in any order"
 
 
 def test_a_step_is_made_once_until_something_before_it_differs():
     store, walk = Store(), Sums(SITE, (1, 2, 3))
     tasks = [(1, 1), (2, 1), (3, 1)]
-    walk.found(tasks, store, ALONE)
+    walk.results(tasks, store, ALONE)
     again = Sums(SITE, (1, 2, 3))
-    assert again.found(tasks, store, ALONE) == [8, 10, 13]
+    assert again.results(tasks, store, ALONE) == [8, 10, 13]
     assert again.made == []
     other = Sums(SITE, (1, 5, 3))
-    assert other.found(tasks, store, ALONE) == [8, 13, 16]
+    assert other.results(tasks, store, ALONE) == [8, 13, 16]
     assert other.made == tasks[1:]
     elsewhere = Sums(Site(), (1, 2, 3))
-    assert elsewhere.found(tasks, store, ALONE) == [8, 10, 13]
+    assert elsewhere.results(tasks, store, ALONE) == [8, 10, 13]
     assert elsewhere.made == tasks, "another site is another, however alike"
 
 
@@ -107,10 +107,10 @@ def test_a_walk_goes_on_from_where_one_that_began_alike_stands():
 
 def test_with_the_store_off_every_step_is_made_with_the_same_result(monkeypatch):
     tasks, on = [(1, 1), (2, 2)], Sums(SITE, (1, 2))
-    expected = on.found(tasks, Store(), ALONE)
+    expected = on.results(tasks, Store(), ALONE)
     monkeypatch.setenv("BIMVOX_STORE", "off")
     store, walk = Store(), Sums(SITE, (1, 2))
-    assert walk.found(tasks, store, ALONE) == walk.found(tasks, store, ALONE) == expected
+    assert walk.results(tasks, store, ALONE) == walk.results(tasks, store, ALONE) == expected
     assert walk.made == 2 * tasks
     made = []
     assert [store.once(b"key", lambda: made.append(1)) for _ in range(2)] == [None, None]
@@ -131,7 +131,7 @@ def test_processes_share_the_steps():
         walk = Sums(SITE, tuple(range(40)))
         tasks = [(n, 2) for n in range(40)]
         with workers.knowing(SITE):
-            assert walk.found(tasks, Store(), workers) == [walk.right(task) for task in tasks]
+            assert walk.results(tasks, Store(), workers) == [walk.right(task) for task in tasks]
     finally:
         workers.close()
 

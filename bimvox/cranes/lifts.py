@@ -160,7 +160,7 @@ class _LegMaking(Walk[_Stand, _Sought, "Legs | MotionError"]):
             if one.lift.order not in self.begun or self._leaves(one)
         ]
         by_order = dict[int, Legs]()
-        for one, legs in zip(sought, self.found(sought, store, workers), strict=True):
+        for one, legs in zip(sought, self.results(sought, store, workers), strict=True):
             if isinstance(legs, MotionError):
                 raise legs
             by_order[one.order] = legs

@@ -13,7 +13,7 @@ from bimvox.motion.steps import steps_of
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.rollout import proposer
-from bimvox.planning.rounds import OtherWays, Refusals, Refused, proven_in_rounds, refusals
+from bimvox.planning.rounds import OtherWays, Refused, proven_in_rounds, refusals
 from bimvox.planning.stage import Propose
 from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
@@ -199,7 +199,8 @@ class _Attempts:
             self.preparation,
             propose=self.policy.propose,
             retrained=self.retrained,
-            refused=Refusals(refused, self.other_ways),
+            refused=refused,
+            other_ways=self.other_ways,
             progress=self.progress.report,
             workers=self.workers,
             store=self.store,

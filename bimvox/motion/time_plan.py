@@ -68,7 +68,7 @@ def each_by_itself(
     wanted = [KnownLegs(lift.order) for lift in plan.lifts if lift.status is Status.PLANNED and lift.order not in but]
     making = MotionMaking(plan.site, preparation, plan.lifts)
     motions = []
-    for found in making.found(wanted, Store() if store is None else store, workers):
+    for found in making.results(wanted, Store() if store is None else store, workers):
         if isinstance(found, MotionError):
             raise found
         motions.append(found)

@@ -1,22 +1,23 @@
 """The planner: every lift in order, each by what ``bimvox.planning.one_lift`` finds at its turn.
 
 With several processes, lifts are searched before it is known which parts before them are set. A lift depends on the
-lifts before it only through which of their parts are in place. That is foretold: all are, except those that the crane,
+lifts before it only through which of their parts are in place. That is predicted: all are, except those that the crane,
 the yard or a missing support refuses, for which no path is needed. What is found is stored by what it read, so it is
-used only where the parts before it turn out as foretold; from the first that does not, the rest is searched again.
+used only where the parts before it turn out as predicted; from the first that does not, the rest is searched again.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.insertion import Insertion
 from bimvox.planning.one_lift import planned_by, policies_of, unplanned_lift
 from bimvox.planning.preparation import Preparation
-from bimvox.planning.rounds import Refusals
+from bimvox.planning.rounds import OtherWays, Refused
 from bimvox.planning.stage import Obstacle, Propose
 from bimvox.progress import Report
 from bimvox.records.lift import Lift, LiftPlan, Method, not_lifted
@@ -32,13 +33,14 @@ _FEW = 16
 """So few lifts are not worth a round."""
 
 
-def plan_lifts(
+def plan_lifts(  # noqa: PLR0913 - what refuses and what proposes are inputs of their own
     site: Site,
     preparation: Preparation,
     *,
     propose: Propose | None = None,
     retrained: Propose | None = None,
-    refused: Mapping[str, str] | None = None,
+    refused: Refused | None = None,
+    other_ways: OtherWays | None = None,
     progress: Report | None = None,
     workers: Workers = ALONE,
     store: Store | None = None,
@@ -50,8 +52,8 @@ def plan_lifts(
         preparation: Contacts, order and yard of its geometry.
         propose: The policy; None for search alone.
         retrained: The policy after more training on this site; asked if the first one fails.
-        refused: Components whose lift was planned but not proven, with the reason: they are infeasible. ``Refusals``
-            also hold the last moves that others must avoid.
+        refused: Components whose lift was planned but not proven, with the reason: they are infeasible.
+        other_ways: The last moves that lifts must avoid, because a proof refused them.
         progress: Called with (stage, done, total).
         workers: Share the work.
         store: What was found before is not searched again.
@@ -59,7 +61,8 @@ def plan_lifts(
     Returns:
         The plan, infeasible lifts included with their reason.
     """
-    store, refused = Store() if store is None else store, {} if refused is None else refused
+    store = Store() if store is None else store
+    task_of = partial(_task, refused or {}, other_ways or OtherWays())
     order, policies = preparation.sequence.order, tuple(policies_of(propose, retrained))
     lifts: list[Lift] = []
     walk = LiftSearch(site, preparation, policies, passed := [])
@@ -69,12 +72,12 @@ def plan_lifts(
         if component.means is not Means.CRANE:
             lifts.append(not_lifted(component, number))
         else:
-            wish = _wish(refused, component.id, number)
-            key = walk.key(store, wish)
+            task = task_of(component.id, number)
+            key = walk.key(store, task)
             if rounds and not store.has(key) and len(order) - number >= _FEW:
                 rounds -= 1
-                _search_ahead(walk, refused, lifts, store, workers, progress)
-            lifts.append(store.once(key, lambda wish=wish: walk.steps([wish])[0]))  # type: ignore[misc]
+                _search_ahead(walk, task_of, lifts, store, workers, progress)
+            lifts.append(store.once(key, lambda task=task: walk.steps([task])[0]))  # type: ignore[misc]
         passed.append(lifts[-1].is_set)
         if progress is not None:
             progress("lifts", number + 1, len(order))
@@ -84,7 +87,7 @@ def plan_lifts(
     return LiftPlan(site, tuple(lifts), preparation.contacts.clashes, sequence.notes, unheld)
 
 
-class Wish(NamedTuple):
+class LiftTask(NamedTuple):
     """How a lift is to be found.
 
     Attributes:
@@ -100,41 +103,41 @@ class Wish(NamedTuple):
     avoided: tuple[Insertion, ...] = ()
 
 
-def _wish(refused: Mapping[str, str], name: str, number: int) -> Wish:
-    avoided, why = refused.avoided_by(name) if isinstance(refused, Refusals) else ((), None)
-    return Wish(number, refused.get(name), why, avoided)
+def _task(refused: Refused, other_ways: OtherWays, name: str, number: int) -> LiftTask:
+    avoided, why = other_ways.of(name)
+    return LiftTask(number, refused.get(name), why, avoided)
 
 
 def _search_ahead(
     walk: LiftSearch,
-    refused: Mapping[str, str],
+    task_of: Callable[[str, int], LiftTask],
     before: Sequence[Lift],
     store: Store,
     workers: Workers,
     progress: Report | None,
 ) -> None:
-    """Store the lifts after some, searched by all processes as if the parts before each were set as foretold."""
+    """Store the lifts after some, searched by all processes as if the parts before each were set as predicted."""
     site, order = walk.site, walk.preparation.sequence.order
-    ahead = LiftSearch(site, walk.preparation, walk.policies, foretold(site, walk.preparation, before))
+    ahead = LiftSearch(site, walk.preparation, walk.policies, predicted(site, walk.preparation, before))
     parts = [(n, site.components[order[n]]) for n in range(len(before), len(order))]
-    wishes = [_wish(refused, part.id, n) for n, part in parts if part.means is Means.CRANE]
+    tasks = [task_of(part.id, n) for n, part in parts if part.means is Means.CRANE]
 
     def tell(done: int, of: int) -> None:
         if progress is not None:
             progress("lifts", len(order) * done // of, len(order))
 
-    ahead.found(wishes, store, workers, tell)
+    ahead.results(tasks, store, workers, tell)
 
 
 @dataclass(frozen=True, eq=False)
-class LiftSearch(Walk[Assembly, Wish, Lift]):
+class LiftSearch(Walk[Assembly, LiftTask, Lift]):
     """Searches the lifts of a plan.
 
     Attributes:
         site: The site.
         preparation: What was prepared for it.
         policies: The policies to ask.
-        is_set: By order, whether the part is set before later ones: those that are decided, or foretold.
+        is_set: By order, whether the part is set before later ones: those that are decided, or predicted.
     """
 
     site: Site
@@ -163,15 +166,15 @@ class LiftSearch(Walk[Assembly, Wish, Lift]):
             state.skip(index)
         state.finish(index, placed=self.is_set[turn])
 
-    def turn_of(self, task: Wish) -> int:
+    def turn_of(self, task: LiftTask) -> int:
         """Return the order of the lift."""
         return task.number
 
-    def read(self, task: Wish) -> tuple[object, ...]:
-        """Return the wish and the policies."""
+    def read(self, task: LiftTask) -> tuple[object, ...]:
+        """Return the task and the policies."""
         return task, self.policies
 
-    def step(self, state: Assembly, task: Wish) -> Lift:
+    def step(self, state: Assembly, task: LiftTask) -> Lift:
         """Return a lift."""
         number, reason, why, avoided = task
         index = self.preparation.sequence.order[number]
@@ -182,7 +185,7 @@ class LiftSearch(Walk[Assembly, Wish, Lift]):
         return planned_by(state, stage if reason is None else Obstacle(reason), unplanned, None, self.policies)
 
 
-def foretold(site: Site, preparation: Preparation, before: Sequence[Lift]) -> tuple[bool, ...]:
+def predicted(site: Site, preparation: Preparation, before: Sequence[Lift]) -> tuple[bool, ...]:
     """Return for every lift whether its part will be set, if every path that is needed is found.
 
     Args:

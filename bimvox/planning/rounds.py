@@ -65,14 +65,6 @@ class OtherWays:
         return left
 
 
-class Refusals(dict[str, str]):
-    """The refused lifts with their reasons, and the other ways of lifts that are not refused yet."""
-
-    def __init__(self, refused: Refused, other_ways: OtherWays) -> None:
-        super().__init__(refused)
-        self.avoided_by = other_ways.of
-
-
 def proven_in_rounds(
     attempt: Callable[[Refused], T | Refused], left: str, lifts: Callable[[], Sequence[str]] = tuple
 ) -> T:

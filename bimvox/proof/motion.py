@@ -182,7 +182,7 @@ class _Verifier(LiftProofs[_Driven]):
         self._check_timeline()
         driven = list(self._driven())
         is_stored = self.between is None and self.window_ns == ALWAYS_NS
-        for found in self.found(driven, store if is_stored else Store(), workers):
+        for found in self.results(driven, store if is_stored else Store(), workers):
             for check in found.values():
                 self.checks[check.name].add(check)
         if self.is_whole:

@@ -240,7 +240,7 @@ class _Verifier(LiftProofs[int]):
         self._check_others()
         own = {id(lift) for lift in self.plan.lifts}
         planned = [n for n, one in enumerate(self.lifts) if one.status is Status.PLANNED and id(one) in own]
-        for n, found in zip(planned, self.found(planned, store, workers), strict=True):
+        for n, found in zip(planned, self.results(planned, store, workers), strict=True):
             if found["shapes"].samples and all(found[name].passed for name in _OF_THE_PART):
                 self.known_shapes.add(self.lifts[n].component)
             for name, check in found.items():

@@ -11,7 +11,7 @@ from typing import Protocol
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.insertion import SIDEWAYS_VOX
 from bimvox.planning.one_lift import plan_lift, proposed_again, unplanned_lift
-from bimvox.planning.rounds import Refusals, Refused
+from bimvox.planning.rounds import OtherWays, Refused
 from bimvox.planning.stage import Obstacle, Stage, turning_stage
 from bimvox.proof.footprint import examined_by
 from bimvox.records.lift import NOT_LIFTED, Lift, Status
@@ -54,7 +54,8 @@ class Replanning:
         current: The current plan.
         request: What to revise it for.
         change: What changed about the obstructions.
-        refused: Components whose lifts failed their proof, and why; and the other ways of those not refused yet.
+        refused: Components whose lifts failed their proof, and why.
+        other_ways: The ways that those not refused yet must avoid.
         work: Decides about lifts that have begun, and about motions.
         versions: What was proven of lifts, also in earlier rounds.
 
@@ -72,11 +73,13 @@ class Replanning:
         current: CurrentPlan,
         request: RevisionRequest,
         change: ObstructionChange,
-        refused: Refusals,
+        refused: Refused,
+        other_ways: OtherWays,
         work: CraneWork,
         versions: Versions,
     ) -> None:
-        self.was, self.request, self.change, self.refused, self.work = current, request, change, refused, work
+        self.was, self.request, self.change, self.work = current, request, change, work
+        self.refused, self.other_ways = refused, other_ways
         self.site, self.preparation = request.site, request.preparation
         self.draft = RevisionDraft()
         self.validity = Validity(versions, self.site, self.preparation)
@@ -128,7 +131,7 @@ class Replanning:
         """Return the lift; the same object if its path is kept."""
         component, retrained = self.site.components[was.component], self.request.retrained
         reason = self.refused.get(component.id)
-        avoided, why = self.refused.avoided_by(component.id)
+        avoided, why = self.other_ways.of(component.id)
         if retrained is not None and was.component in retrained.components and was.status is Status.PLANNED:
             reason = None  # only the retrained path failed its proof; the current one is proven
         obstacle = None if reason is None else Obstacle(reason)

@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from bimvox.planning.rounds import OtherWays, Refusals, Refused, proven_in_rounds
+from bimvox.planning.rounds import OtherWays, Refused, proven_in_rounds
 from bimvox.planning.stage import Obstacle, Stage
 from bimvox.records.lift import HOOK_CANNOT_LEAVE, Lift, LiftPlan, same_path
 from bimvox.records.motion import LiftMotion
@@ -201,7 +201,7 @@ def _proven_part(
         left: Refused = {}
         while not left:
             work = _work(current, request, change, refused)
-            replanning = Replanning(current, request, change, Refusals(refused, other_ways), work, versions)
+            replanning = Replanning(current, request, change, refused, other_ways, work, versions)
             replanning.run()
             if on_verdict is not None:
                 on_verdict()

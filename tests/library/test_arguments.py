@@ -20,7 +20,7 @@ from bimvox.library.prove import plan_and_prove, prepared
 from bimvox.library.site import rasterise
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.contact.pairs import Contacts
-from bimvox.planning.planner import LiftSearch, Wish, foretold, plan_lifts
+from bimvox.planning.planner import LiftSearch, LiftTask, plan_lifts, predicted
 from bimvox.policy.choice import NO_POLICY
 from bimvox.progress import SilentProgress
 from bimvox.records.lift import Status
@@ -241,7 +241,7 @@ def test_guides_do_not_depend_on_which_lifts_are_searched_first(guided, backward
     chunks = [range(first, first + 3) for first in range(0, len(told), 3)]
     found = {}
     for chunk in reversed(chunks) if backward else chunks[1::2]:
-        for lift in LiftSearch(own, anew, (), told).steps([Wish(n) for n in chunk]):
+        for lift in LiftSearch(own, anew, (), told).steps([LiftTask(n) for n in chunk]):
             found[lift.order] = lift
     assert {n: lift.guide for n, lift in found.items()} == {n: alone.plan.lifts[n].guide for n in found}
     assert all(np.array_equal(lift.path_vox, alone.plan.lifts[n].path_vox) for n, lift in found.items())
@@ -278,13 +278,13 @@ def test_two_processes_revise_two_cranes_as_one_does(two, now_s):
     assert alike(*found)
 
 
-def test_what_turns_out_otherwise_than_foretold_is_searched_again(site):
+def test_what_turns_out_otherwise_than_predicted_is_searched_again(site):
     own = blocked(site)
     own, preparation = prepared(own, QUIET)
     plan = plan_lifts(own, preparation)
-    told = foretold(own, preparation, [])
+    told = predicted(own, preparation, [])
     assert [lift.is_set for lift in plan.lifts] != list(told), "the box blocks paths, which nobody foretells"
-    assert foretold(own, preparation, plan.lifts) == tuple(lift.is_set for lift in plan.lifts)
+    assert predicted(own, preparation, plan.lifts) == tuple(lift.is_set for lift in plan.lifts)
 
 
 def test_two_processes_revise_as_one_does(site, two):

@@ -189,7 +189,7 @@ def warm_workers(plan: LiftPlan, preparation: Preparation, workers: Workers) -> 
     few = replace(plan, lifts=tuple(lift for lift in plan.lifts if lift.order in orders))
     others = tuple(lift for lift in plan.lifts if lift.order not in orders)
     making = MotionMaking(plan.site, preparation, plan.lifts)
-    found = making.found([KnownLegs(order) for order in orders], Store(), workers)
+    found = making.results([KnownLegs(order) for order in orders], Store(), workers)
     motions = chained([motion for motion in found if isinstance(motion, LiftMotion)])
     verify_plan(few, others, workers=workers)
     verify_motions(few, motions, others, workers=workers)
