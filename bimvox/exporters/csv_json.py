@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bimvox.bim.own_box import laid_flat_m
+from bimvox.crane.gear import Rig
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.exporters.text import table
 from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.recorder import write_log
 from bimvox.records.dates import PlanDates
+from bimvox.records.declared import Maybe, Number, Record
 from bimvox.records.lift import Lift, Status
-from bimvox.records.motion import LiftMotion
-from bimvox.records.steps import Steps, needed_by_ns
-from bimvox.records.track import heading_in_words
+from bimvox.records.track import LoadTrack
 from bimvox.records.unloading import UnloadingLift, unloading_lifts
+from bimvox.rendering.page.lifts import LIFT as PAGE_LIFT
+from bimvox.rendering.page.lifts import Shown
 from bimvox.site.component import Component
 
 SAMPLE_COLUMNS = {
@@ -37,40 +40,87 @@ SAMPLE_COLUMNS = {
     "hook_height_m": "above z = 0",
     "crane": "name of the crane",
 }
-LIFT_COLUMNS = {
-    "number": "number of the lift, from 1",
-    "order": "the same from 0",
-    "component": "GlobalId, made unique",
-    "global_id": "IFC GlobalId, or the body's name",
-    "ifc_class": "for example IfcBeam",
-    "name": "the source's name",
-    "mass_kg": "mass without rigging",
-    "status": "planned or infeasible",
-    "method": "greedy, policy, retrained or search",
-    "moves": "of the path",
-    "shortest_moves": "the fewest possible; empty if unknown",
-    "contact_moves": "last placements that the narrow phase cleared",
-    "delivery": "from 0",
-    "stored_pose": "in the yard",
-    "start_s": "on the site's clock",
-    "duration_s": "of the lift",
-    "elapsed_start_s": "its start in elapsed time, or that of work that the crane does not do",
-    "elapsed_end_s": "its end, in the same way",
-    "carries_s": "when that work carries, in elapsed time",
-    "bound_s": "least time of the loaded motion, point to point",
-    "reason": "why it is infeasible",
-    "by_other_means": "whether it is set by other means",
-    "needed_by_s": "by when, on the site's clock",
-    "blocked_by": "ids, separated by spaces",
-    "crane": "name of the crane",
-    "begins": "its start, or that of work that the crane does not do, local time; empty if no start is known",
-    "ends": "its end, the part in place, in the same way",
-    "rigging": "gear between hook and part, from the hook down; empty if the site file describes the crane's rigging",
-    "rigging_mass_kg": "its mass",
-    "leg_angle_deg": "largest angle of the upper sling's legs to the vertical; empty in the same case",
-    "stack": "number of its stack in the delivery, from 1; empty if it lies alone",
-    "heading": "`kept` by tag line, or `with jib` and by how much the crew turns it back",
-}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Exported(Shown):
+    """A lift with all that its record is made from."""
+
+    dates: PlanDates | None
+    track: LoadTrack | None
+
+    @property
+    def crane(self) -> TowerCrane | None:
+        return self.site.crane_of(self.component)
+
+    @property
+    def rig(self) -> Rig | None:
+        return self.component.lifting.rig
+
+    @property
+    def elapsed_s(self) -> tuple[float | None, float | None, float | None]:
+        """Start and end of the lift or its work in elapsed time, and when that work carries."""
+        if self.motion is not None:
+            steps = self.source.steps
+            return steps.starting_ns(self.motion.start_ns) / 1e9, steps.ending_ns(self.motion.end_ns) / 1e9, None
+        if self.step is None:
+            return None, None, None
+        return self.step.begins_ns / 1e9, self.step.ends_ns / 1e9, self.step.carries_ns / 1e9
+
+    @property
+    def span(self) -> tuple[str | None, str | None]:
+        return self.dates.span(self.lift.order) if self.dates else (None, None)
+
+
+LIFT = Record(
+    "ExportedLift",
+    "A lift.",
+    *PAGE_LIFT.keys("number", "order"),
+    ("component", str, "GlobalId, made unique", "component.id"),
+    ("global_id", str, "IFC GlobalId, or the body's name", "component.global_id"),
+    ("ifc_class", str, "for example IfcBeam", "component.ifc_class"),
+    ("name", str, "the source's name", "component.name"),
+    ("mass_kg", float, "mass without rigging", "component.mass_kg"),
+    *PAGE_LIFT.keys("status", "method", "moves", "shortest_moves", "contact_moves", "delivery"),
+    ("stored_pose", Maybe(str), "in the yard", "place.pose.value"),
+    ("start_s", Maybe(float), "on the site's clock", lambda it: it.track and it.track.start_ns / 1e9),
+    ("duration_s", Maybe(float), "of the lift", lambda it: it.track and (it.track.end_ns - it.track.start_ns) / 1e9),
+    (
+        "elapsed_start_s", Maybe(float), "its start in elapsed time, or that of work that the crane does not do",
+        lambda it: it.elapsed_s[0],
+    ),
+    ("elapsed_end_s", Maybe(float), "its end, in the same way", lambda it: it.elapsed_s[1]),
+    ("carries_s", Maybe(float), "when that work carries, in elapsed time", lambda it: it.elapsed_s[2]),
+    (
+        "bound_s", Maybe(float), "least time of the loaded motion, point to point",
+        lambda it: it.motion.loaded.bound_s if it.motion and np.isfinite(it.motion.loaded.bound_s) else None,
+    ),
+    ("reason", Maybe(str), "why it is infeasible", "lift.reason"),
+    *PAGE_LIFT.keys("by_other_means", "needed_by_s", "blocked_by"),
+    ("crane", Maybe(str), "name of the crane", "crane.name"),
+    (
+        "begins", Maybe(str), "its start, or that of work that the crane does not do, local time; empty if unknown",
+        lambda it: it.span[0],
+    ),
+    ("ends", Maybe(str), "its end, the part in place, in the same way", lambda it: it.span[1]),
+    (
+        "rigging", Maybe(str), "gear between hook and part, from the hook down; empty if the site file describes it",
+        lambda it: it.rig and "; ".join(f"{part.count} x {part.words}" for part in it.rig.parts),
+    ),
+    (
+        "rigging_mass_kg", Maybe(float), "its mass",
+        lambda it: it.rig.document()["mass_kg"] if it.rig else it.crane and it.crane.rigging_mass_kg,
+    ),
+    (
+        "leg_angle_deg", Maybe(float), "largest angle of the upper sling's legs to the vertical; empty in that case",
+        lambda it: it.rig and it.rig.document()["leg_angle_deg"],
+    ),
+    (
+        "stack", Maybe(Number), "number of its stack in the delivery, from 1; empty if it lies alone",
+        lambda it: it.place and (it.place.stack or None),
+    ),
+    *PAGE_LIFT.keys("heading"),
+)  # fmt: skip
 
 
 def to_mcap(log: PlanLog) -> bytes:
@@ -91,13 +141,13 @@ def to_csv(log: PlanLog) -> str:
 
 
 def lifts_csv(log: PlanLog, dates: PlanDates | None = None) -> str:
-    """Return the lifts as CSV, one per row, columns as in ``LIFT_COLUMNS``."""
+    """Return the lifts as CSV, one per row, columns as in ``LIFT``."""
     rows = (record | {"blocked_by": " ".join(record["blocked_by"])} for record in _lift_records(log, dates))
-    return table(LIFT_COLUMNS, (row.values() for row in rows))
+    return table(LIFT.meanings, (row.values() for row in rows))
 
 
 def to_json(log: PlanLog, dates: PlanDates | None = None) -> dict[str, Any]:
-    """Return the lifts as plain values: every lift as in ``LIFT_COLUMNS``, its path, and its samples by column.
+    """Return the lifts as plain values: every lift as in ``LIFT``, its path, and its samples by column.
 
     The deliveries are those of :func:`delivery_records`.
     """
@@ -174,97 +224,114 @@ def _samples(log: PlanLog) -> Iterator[tuple[Lift, list[tuple[Any, ...]]]]:
 
 def _lift_records(log: PlanLog, dates: PlanDates | None) -> list[dict[str, Any]]:
     tracks = {track.lift.order: track for track in tracks_of(log)}
-    motions: dict[int, LiftMotion] = {motion.order: motion for motion in log.motions}
-    needed_ns, steps = needed_by_ns(log.all_lifts, log.motions), log.steps
-    records = []
-    for lift in log.plan.lifts:
-        component = log.plan.site.components[lift.component]
-        track, motion, crane = tracks.get(lift.order), motions.get(lift.order), log.plan.site.crane_of(component)
-        values = (
-            lift.number,
-            lift.order,
-            component.id,
-            component.global_id,
-            component.ifc_class,
-            component.name,
-            component.mass_kg,
-            lift.status.value,
-            None if lift.method is None else lift.method.value,
-            lift.moves,
-            lift.shortest_moves,
-            lift.contact_moves,
-            None if lift.place is None else lift.place.delivery,
-            None if lift.place is None else lift.place.pose.value,
-            None if track is None else track.start_ns / 1e9,
-            None if track is None else (track.end_ns - track.start_ns) / 1e9,
-            *_elapsed_s(steps, lift, motion),
-            None if motion is None or not np.isfinite(motion.loaded.bound_s) else motion.loaded.bound_s,
-            lift.reason,
-            lift.by_other_means,
-            None if (at_ns := needed_ns.get(lift.order)) is None else at_ns / 1e9,
-            list(lift.blocked_by),
-            None if crane is None else crane.name,
-            *(dates.span(lift.order) if dates else (None, None)),
-            *_rigging(component, crane),
-            None if lift.place is None else lift.place.stack or None,
-            heading_in_words(lift, motion),
+    motions = {motion.order: motion for motion in log.motions}
+    return [
+        LIFT.of(
+            _Exported(
+                log, lift, motions.get(lift.order), log.steps.of_order.get(lift.order), dates, tracks.get(lift.order)
+            )
         )
-        records.append(dict(zip(LIFT_COLUMNS, values, strict=True)))
-    return records
-
-
-def _rigging(component: Component, crane: TowerCrane | None) -> tuple[str | None, float | None, float | None]:
-    """Return the gear of a part in words, its mass, and the angle of its legs."""
-    rig = component.lifting.rig
-    if rig is None:
-        return None, None if crane is None else crane.rigging_mass_kg, None
-    said = rig.document()
-    return "; ".join(f"{part.count} x {part.words}" for part in rig.parts), said["mass_kg"], said["leg_angle_deg"]
-
-
-def _elapsed_s(steps: Steps, lift: Lift, motion: LiftMotion | None) -> tuple[float | None, float | None, float | None]:
-    """Return start and end of a lift or step in elapsed time, and when a step carries."""
-    if motion is not None:
-        return steps.starting_ns(motion.start_ns) / 1e9, steps.ending_ns(motion.end_ns) / 1e9, None
-    step = steps.of_order.get(lift.order)
-    if step is None:
-        return None, None, None
-    return step.begins_ns / 1e9, step.ends_ns / 1e9, step.carries_ns / 1e9
+        for lift in log.plan.lifts
+    ]
 
 
 # The deliveries of a plan: each truck, when it is needed, and what it carries in the order of loading.
 
-_TRUCK_COLUMNS = {
-    "truck": "number of the delivery, from 1",
-    "needed": "when the truck must be there, local time; empty if no start is known",
-    "unloaded": "when it is empty, in the same way",
-    "needed_s": "start of its first lift, in elapsed time; empty if none of its parts is lifted",
-    "parts_on_truck": "how many parts it carries",
-    "truck_mass_kg": "their mass",
-}
-_PART_COLUMNS = {
-    "loaded": "place in the order of loading, from 1: what is loaded first is unloaded last, and lifted first",
-    "component": "GlobalId, made unique",
-    "global_id": "IFC GlobalId, or the body's name",
-    "name": "the source's name",
-    "ifc_class": "for example IfcBeam",
-    "mass_kg": "mass without rigging",
-    "length_m": "of the smallest upright box around the part, its longest edge",
-    "width_m": "its second edge",
-    "height_m": "its shortest edge",
-    "number": "number of the part's lift, from 1",
-    "status": "planned or infeasible",
-    "stack": "number of its stack in the yard, from 1; empty if it lies alone",
-    "rack": "number of its rack in the yard, from 1; empty if it stands in none",
-    "truck_radius_m": "radius of the hook over the truck when the crane unloads the part; empty without an access",
-    "truck_utilisation": "share of the capacity there",
-    "unloading_s": "crane time from the truck to its place in the yard and back",
-}
-DELIVERY_COLUMNS = _TRUCK_COLUMNS | _PART_COLUMNS
+
+class _Truck(NamedTuple):
+    """A delivery with all that its record is made from."""
+
+    log: PlanLog
+    dates: PlanDates | None
+    number: int
+    load: list[Lift]
+    starts_ns: Mapping[int, int]
+
+    @property
+    def parts(self) -> list[Component]:
+        return [self.log.plan.site.components[lift.component] for lift in self.load]
+
+    @property
+    def times(self) -> tuple[str | None, str | None]:
+        """When it must be there and when it is unloaded; at its first lift if unloading takes no time."""
+        if self.dates is None:
+            return None, None
+        if self.number in self.dates.deliveries:
+            begin_ns, end_ns = self.dates.deliveries[self.number]
+            return self.dates.moment(begin_ns).isoformat(), self.dates.moment(end_ns).isoformat()
+        begins = [self.dates.lifts[lift.order][0] for lift in self.load if lift.order in self.dates.lifts]
+        moment = self.dates.moment(min(begins)).isoformat() if begins else None
+        return moment, moment
+
+
+class _Loaded(NamedTuple):
+    """A part on a truck: its place in the order of loading, its lift, and how it is unloaded."""
+
+    loaded: int
+    part: Component
+    lift: Lift
+    size_m: tuple[float, float, float]
+    unloading: UnloadingLift | None
+
+
+_TRUCK = Record(
+    "ExportedTruck",
+    "A delivery.",
+    ("truck", Number, "number of the delivery, from 1", lambda it: it.number + 1),
+    (
+        "needed", Maybe(str), "when the truck must be there, local time; empty if no start is known",
+        lambda it: it.times[0],
+    ),
+    ("unloaded", Maybe(str), "when it is empty, in the same way", lambda it: it.times[1]),
+    (
+        "needed_s", Maybe(float), "start of its first lift, in elapsed time; empty if none of its parts is lifted",
+        lambda it: min(
+            (it.starts_ns[lift.order] / 1e9 for lift in it.load if lift.order in it.starts_ns), default=None
+        ),
+    ),
+    ("parts_on_truck", Number, "how many parts it carries", lambda it: len(it.load)),
+    ("truck_mass_kg", float, "their mass", lambda it: sum(part.mass_kg for part in it.parts)),
+)  # fmt: skip
+_PART = Record(
+    "ExportedPart",
+    "A part of a delivery.",
+    (
+        "loaded", Number,
+        "place in the order of loading, from 1: what is loaded first is unloaded last, and lifted first",
+    ),
+    ("component", str, "GlobalId, made unique", "part.id"),
+    ("global_id", str, "IFC GlobalId, or the body's name", "part.global_id"),
+    ("name", str, "the source's name", "part.name"),
+    ("ifc_class", str, "for example IfcBeam", "part.ifc_class"),
+    ("mass_kg", float, "mass without rigging", "part.mass_kg"),
+    (
+        "length_m", float, "of the smallest upright box around the part, its longest edge", lambda it: it.size_m[0],
+    ),
+    ("width_m", float, "its second edge", lambda it: it.size_m[1]),
+    ("height_m", float, "its shortest edge", lambda it: it.size_m[2]),
+    ("number", Number, "number of the part's lift, from 1", "lift.number"),
+    ("status", str, "planned or infeasible", "lift.status.value"),
+    (
+        "stack", Maybe(Number), "number of its stack in the yard, from 1; empty if it lies alone",
+        lambda it: it.lift.place.stack or None,
+    ),
+    (
+        "rack", Maybe(Number), "number of its rack in the yard, from 1; empty if it stands in none",
+        lambda it: abs(it.lift.place.rack) or None,
+    ),
+    (
+        "truck_radius_m", Maybe(float),
+        "radius of the hook over the truck when the crane unloads the part; empty without an access",
+        "unloading.radius_m",
+    ),
+    ("truck_utilisation", Maybe(float), "share of the capacity there", "unloading.utilisation"),
+    ("unloading_s", Maybe(float), "crane time from the truck to its place and back", "unloading.duration_s"),
+)  # fmt: skip
+DELIVERY_COLUMNS = _TRUCK.meanings | _PART.meanings
 
 
 def delivery_records(log: PlanLog, dates: PlanDates | None = None) -> list[dict[str, Any]]:
-    """Return every delivery as plain values: ``_TRUCK_COLUMNS``, and its ``parts`` as in ``_PART_COLUMNS``.
+    """Return every delivery as plain values: ``_TRUCK``, and its ``parts`` as in ``_PART``.
 
     Of an extract, only its own lifts are listed.
     """
@@ -275,59 +342,21 @@ def delivery_records(log: PlanLog, dates: PlanDates | None = None) -> list[dict[
     starts_ns = {track.lift.order: log.steps.starting_ns(track.start_ns) for track in tracks_of(log)}
     found = []
     for number, load in sorted(loads.items()):
-        parts = [log.plan.site.components[lift.component] for lift in load]
-        first_ns = min((starts_ns[lift.order] for lift in load if lift.order in starts_ns), default=None)
-        values = (
-            number + 1,
-            *_times(number, load, dates),
-            None if first_ns is None else first_ns / 1e9,
-            len(parts),
-            sum(part.mass_kg for part in parts),
-        )
-        lifted = {one.order: one for one in unloading_lifts(log.plan.site, load)}
-        rows = [
-            (
-                loaded,
-                part.id,
-                part.global_id,
-                part.name,
-                part.ifc_class,
-                part.mass_kg,
-                *laid_flat_m(part.mesh),
-                lift.number,
-                lift.status.value,
-                None if lift.place is None else lift.place.stack or None,
-                None if lift.place is None else abs(lift.place.rack) or None,
-                *_unloading(lifted.get(lift.order)),
-            )
-            for loaded, (lift, part) in enumerate(zip(load, parts, strict=True), start=1)
+        truck = _Truck(log, dates, number, load, starts_ns)
+        unloading = {one.order: one for one in unloading_lifts(log.plan.site, load)}
+        parts = [
+            _PART.of(_Loaded(loaded, part, lift, laid_flat_m(part.mesh), unloading.get(lift.order)))
+            for loaded, (part, lift) in enumerate(zip(truck.parts, load, strict=True), start=1)
         ]
-        truck: dict[str, Any] = dict(zip(_TRUCK_COLUMNS, values, strict=True))
-        found.append(truck | {"parts": [dict(zip(_PART_COLUMNS, row, strict=True)) for row in rows]})
+        found.append(_TRUCK.of(truck) | {"parts": parts})
     return found
-
-
-def _unloading(lift: UnloadingLift | None) -> tuple[float | None, ...]:
-    return (None,) * 3 if lift is None else (lift.radius_m, lift.utilisation, lift.duration_s)
 
 
 def deliveries_csv(log: PlanLog, dates: PlanDates | None = None) -> str:
     """Return the deliveries as CSV, a row for each part, columns as in ``DELIVERY_COLUMNS``."""
     rows = (
-        (*(truck[name] for name in _TRUCK_COLUMNS), *part.values())
+        (*(truck[name] for name in _TRUCK.meanings), *part.values())
         for truck in delivery_records(log, dates)
         for part in truck["parts"]
     )
     return table(DELIVERY_COLUMNS, rows)
-
-
-def _times(number: int, load: list[Lift], dates: PlanDates | None) -> tuple[str | None, str | None]:
-    """Return when a delivery must be there and when it is unloaded; at its first lift if unloading takes no time."""
-    if dates is None:
-        return None, None
-    if number in dates.deliveries:
-        begin_ns, end_ns = dates.deliveries[number]
-        return dates.moment(begin_ns).isoformat(), dates.moment(end_ns).isoformat()
-    begins = min((dates.lifts[lift.order][0] for lift in load if lift.order in dates.lifts), default=None)
-    moment = None if begins is None else dates.moment(begins).isoformat()
-    return moment, moment

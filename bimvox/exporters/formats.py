@@ -28,6 +28,7 @@ class Format:
         meaning: What the file holds, a few words.
         file_suffix: Suffix of ``--output`` that selects this format when ``--to`` is not given.
         is_dated: Whether the file holds calendar dates, so that ``--start`` applies.
+        is_folder: Whether it is a folder.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Format:
     meaning: str
     file_suffix: str = ""
     is_dated: bool = False
+    is_folder: bool = False
 
 
 FORMATS = (
@@ -45,11 +47,17 @@ FORMATS = (
     Format("full-rate", Source.LOG, ".full.mcap", "the log with every sample for viewers"),
     Format("page", Source.LOG, ".page.json", "the data of the page, JSON"),
     Format("glb", Source.LOG, ".glb", "animated", ".glb"),
-    Format("ros2", Source.LOG, ".ros2", "bag", ".ros2"),
+    Format("ros2", Source.LOG, ".ros2", "bag", ".ros2", is_folder=True),
     Format("layout", Source.LOG, ".layout.json", "panels for Foxglove-class viewers"),
     Format("ifc", Source.LOG, ".4d.ifc", "the building's own file with a 4D schedule", ".ifc", is_dated=True),
     Format("msproject", Source.LOG, ".project.xml", "XML", ".xml", is_dated=True),
-    Format("unloading", Source.LOG, ".unloading", "folder of site files, one a delivery: its truck is unloaded"),
+    Format(
+        "unloading",
+        Source.LOG,
+        ".unloading",
+        "folder of site files, one a delivery: its truck is unloaded",
+        is_folder=True,
+    ),
     Format("vti", Source.GRID, ".vti", "the cells, for ParaView", ".vti"),
     Format("ply", Source.GRID, ".ply", "the faces of every part, for viewers", ".ply"),
     Format("glb", Source.GRID, ".glb", "the faces of every part, for viewers", ".glb"),

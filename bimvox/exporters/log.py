@@ -1,87 +1,80 @@
-"""Chosen lifts of a log as the bytes of one file, in every format but the ROS 2 bag, which is a folder."""
+"""Chosen lifts of a log as the bytes of one file: a table of every format that is not a folder."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
 from bimvox.errors import InputError
-from bimvox.exporters.formats import Format
+from bimvox.exporters.animation import to_animated_glb
+from bimvox.exporters.csv_json import json_bytes, to_csv, to_mcap
+from bimvox.exporters.ifc import with_schedule
+from bimvox.exporters.lift_schedule import LiftSchedule, schedule_of
+from bimvox.exporters.ms_project import to_ms_project
+from bimvox.log.layout import layout_bytes
+from bimvox.log.mcap.reader import read_contents
 from bimvox.log.plan_log import PlanLog, with_full_rate
 from bimvox.records.dates import PlanDates
 
 
-def log_bytes(
-    log: PlanLog,
-    wanted: Format,
-    orders: tuple[int, ...],
-    *,
-    begins: datetime,
-    dates: PlanDates | None = None,
-    model: tuple[Path, bytes] | None = None,
-) -> bytes:
-    """Return chosen lifts in a format.
+@dataclass(frozen=True, slots=True, eq=False)
+class Chosen:
+    """Chosen lifts of a log.
 
-    Args:
+    Attributes:
         log: The log.
-        wanted: A format of logs that is one file.
         orders: The lifts.
         begins: When the first lift starts, local time; of the dated formats.
         dates: The plan in calendar time; None for round the clock.
         model: Name and bytes of the IFC file that the plan was made from; needed for ``ifc`` alone.
-
-    Raises:
-        InputError: If the format needs a model and there is none.
-        IfcError: If the model cannot be read, or lacks a part of the plan.
     """
-    part = log.extract(orders)
-    match wanted.name:
-        case "csv":
-            from bimvox.exporters.csv_json import to_csv
 
-            return to_csv(part).encode()
-        case "json":
-            from bimvox.exporters.csv_json import json_bytes
+    log: PlanLog
+    orders: tuple[int, ...]
+    begins: datetime
+    dates: PlanDates | None = None
+    model: tuple[Path, bytes] | None = None
 
-            return json_bytes(part, dates)
-        case "glb":
-            from bimvox.exporters.animation import to_animated_glb
+    @property
+    def part(self) -> PlanLog:
+        """The log, or its extract with these lifts."""
+        return self.log if len(self.orders) == len(self.log.plan.lifts) else self.log.extract(self.orders)
 
-            return to_animated_glb(part)
-        case "layout":
-            from bimvox.log.layout import layout_bytes
-
-            return layout_bytes(log.plan.site)
-        case "msproject":
-            from bimvox.exporters.lift_schedule import schedule_of
-            from bimvox.exporters.ms_project import to_ms_project
-
-            return to_ms_project(schedule_of(log, begins, orders, dates))
-        case "ifc":
-            from bimvox.exporters.ifc import with_schedule
-            from bimvox.exporters.lift_schedule import schedule_of
-
-            if model is None:
-                raise InputError("the ifc format adds the schedule to the building's own file", hint="give it as model")
-            return with_schedule(*model, schedule_of(log, begins, orders, dates))
-        case "mcap" | "full-rate":
-            from bimvox.exporters.csv_json import to_mcap
-
-            chosen = log if len(orders) == len(log.plan.lifts) else part
-            return to_mcap(with_full_rate(chosen) if wanted.name == "full-rate" else chosen)
-    raise InputError(f"the format {wanted.name} is not one file of a log")
+    @property
+    def schedule(self) -> LiftSchedule:
+        """The lifts as dated tasks."""
+        return schedule_of(self.log, self.begins, self.orders, self.dates)
 
 
-def messages_in(data: bytes, wanted: Format) -> int:
+def _with_schedule(chosen: Chosen) -> bytes:
+    if chosen.model is None:
+        raise InputError("the ifc format adds the schedule to the building's own file", hint="give it as model")
+    return with_schedule(*chosen.model, chosen.schedule)
+
+
+WRITERS: dict[str, Callable[[Chosen], bytes]] = {
+    "mcap": lambda chosen: to_mcap(chosen.part),
+    "csv": lambda chosen: to_csv(chosen.part).encode(),
+    "json": lambda chosen: json_bytes(chosen.part, chosen.dates),
+    "full-rate": lambda chosen: to_mcap(with_full_rate(chosen.part)),
+    "glb": lambda chosen: to_animated_glb(chosen.part),
+    "layout": lambda chosen: layout_bytes(chosen.log.plan.site),
+    "ifc": _with_schedule,
+    "msproject": lambda chosen: to_ms_project(chosen.schedule),
+}
+"""Returns the bytes of a file, by the name of its format."""
+
+
+def messages_in(data: bytes, name: str) -> int:
     """Return how many messages (MCAP), rows (CSV) or samples (JSON) a file holds; 0 for formats without them."""
-    if wanted.name in ("mcap", "full-rate"):
-        from bimvox.log.mcap.reader import read_contents
-
+    if name in ("mcap", "full-rate"):
         return len(read_contents(data, "export").messages)
-    if wanted.name == "csv":
+    if name == "csv":
         return max(0, data.count(b"\n") - 1)
-    if wanted.name == "json":
+    if name == "json":
         times = (found[1] for found in re.finditer(rb'"time_s": \[([^\]]*)\]', data))
         return sum(len(series.split()) for series in times)
     return 0

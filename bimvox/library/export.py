@@ -27,8 +27,6 @@ from bimvox.rendering.page.document import page_json
 from bimvox.rendering.page.source import PageSource
 
 _THREADS = 2
-_FOLDERS = ("ros2", "unloading")
-"""The formats that are folders."""
 
 
 def export(
@@ -117,7 +115,7 @@ def check_targets(target: Path, wanted: Format, inputs: Iterable[Path]) -> None:
     Raises:
         FileError: If one of them cannot be written.
     """
-    if wanted.name in _FOLDERS:
+    if wanted.is_folder:
         check_new_folder(target)
         return
     for path in (target, *tables_of(target)) if wanted.name == "csv" else (target,):
@@ -158,7 +156,7 @@ def write_lifts(
         FileError: If it cannot be written.
     """
     from bimvox.exporters.csv_json import deliveries_csv, lifts_csv
-    from bimvox.exporters.log import log_bytes, messages_in
+    from bimvox.exporters.log import WRITERS, Chosen, messages_in
 
     if wanted.name == "ros2":
         return _write_folder(target, partial(_written_bag, log.extract(orders)))
@@ -167,13 +165,13 @@ def write_lifts(
         return _write_folder(target, partial(_written_deliveries, log, note))
     own = (model, _model_bytes(log, model)) if wanted.name == "ifc" and model else None
     dates = log_dates(log, begins)
-    data = log_bytes(log, wanted, tuple(orders), begins=begins or DEFAULT_BEGIN, dates=dates, model=own)
+    data = WRITERS[wanted.name](Chosen(log, tuple(orders), begins or DEFAULT_BEGIN, dates, own))
     tables = {}
     if wanted.name == "csv":
         made = (table(log.extract(orders), dates).encode() for table in (lifts_csv, deliveries_csv))
         tables = dict(zip(tables_of(target), made, strict=True))
     write_together({target: data, **tables}, inputs=[*inputs, *([model] if model else [])])
-    return messages_in(data, wanted)
+    return messages_in(data, wanted.name)
 
 
 def write_grid(

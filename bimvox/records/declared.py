@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from operator import attrgetter
 from typing import Annotated, Any, NamedTuple
 
 from pydantic import Field, create_model
@@ -28,6 +27,7 @@ class _Key(NamedTuple):
         type: Its type; a ``Record`` stands for its model.
         text: What it means.
         source: The name of an attribute of what the record is made from, or a function of it; None: of the same name.
+            An attribute of None is None.
         default: What it is if it is left out, as it is where its source gives None; ``...``: it is never left out.
     """
 
@@ -70,6 +70,10 @@ class Record:
     def made(self, *values: Any) -> dict[str, Any]:
         """Return the record with these values, in the order of its fields."""
         return dict(zip((key.name for key in self._keys), values, strict=True))
+
+    def keys(self, *names: str) -> list[tuple[Any, ...]]:
+        """Return the declarations of some of its fields, for another record that has them too."""
+        return [next(key for key in self._keys if key.name == name) for name in names]
 
     @property
     def meanings(self) -> dict[str, str]:
@@ -117,5 +121,12 @@ def _source_of(key: _Key) -> Callable[..., Any]:
     """Return the function that gives the value of a field."""
     if callable(key.source):
         return key.source
-    attribute = attrgetter(key.source or key.name)
-    return lambda first, *_: attribute(first)
+    names = (key.source or key.name).split(".")
+
+    def value(first: Any, *_: Any) -> Any:
+        """Return the attribute; None if what should have it is None."""
+        for name in names:
+            first = None if first is None else getattr(first, name)
+        return first
+
+    return value

@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
+from math import isfinite
+from typing import Any, Literal
+
+from bimvox.records.declared import Count, Maybe, Record
 
 _KEPT_FAILURES = 20
 
@@ -65,6 +69,22 @@ class Check:
         self.worst = value if self.worst is None else max(self.worst, value)
 
 
+CHECK = Record(
+    "PageCheck",
+    "A check of the proof.",
+    ("name", str, "Its name."),
+    ("passed", bool, "Whether it passed."),
+    ("samples", Count, "How many values it looked at."),
+    (
+        "worst", Maybe(float), "The worst of them.",
+        lambda check: None if check.worst is None or not isfinite(check.worst) else round(float(check.worst), 9),
+    ),
+    ("unit", str, "Its unit."),
+    ("failed", Count, "How many failed."),
+    ("failures", tuple[str, ...], "What failed, in words.", lambda check: list(check.failures)),
+)  # fmt: skip
+
+
 def turn_to(checks: Iterable[Check], component_id: str | None) -> None:
     """Set the component that the checks are about from now on."""
     for check in checks:
@@ -87,10 +107,19 @@ class Claim:
     bind_with: str | None
     count: int | None = None
 
-    def to_dict(self) -> dict[str, str | int | None]:
-        """Return the claim as ``bimvox verify --json`` gives it."""
-        counted = {} if self.count is None else {"count": self.count}
-        return {"name": self.name, "text": self.text, **counted, "bind_with": self.bind_with}
+    def to_dict(self) -> dict[str, Any]:
+        """Return the claim as ``bimvox verify --json`` and the page give it."""
+        return CLAIM.of(self)
+
+
+CLAIM = Record(
+    "PageClaim",
+    "What the log states and the proof has taken as true.",
+    ("name", str, "Its short stable name."),
+    ("text", str, "What is claimed."),
+    ("count", Maybe(int), "How many things it is about; without it, the whole plan.", None, None),
+    ("bind_with", Maybe(str), "The option of `bimvox verify` that proves it; null: none."),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,15 +190,20 @@ class Remark:
     component: str | None = None
     name: str | None = None
 
-    def to_dict(self) -> dict[str, str | None]:
-        """Return the remark as ``bimvox verify --json`` gives it."""
-        return {
-            "kind": self.kind,
-            "severity": self.severity.value,
-            "component": self.component,
-            "name": self.name,
-            "text": self.text,
-        }
+    def to_dict(self) -> dict[str, Any]:
+        """Return the remark as ``bimvox verify --json``, the log and the page give it."""
+        return REMARK.of(self)
+
+
+REMARK = Record(
+    "PageRemark",
+    "A remark.",
+    ("kind", str, "Its rule."),
+    ("severity", Literal["serious", "minor", "note"], "How much it matters.", "severity.value"),
+    ("component", Maybe(str), "Id of its part; null: the whole plan."),
+    ("name", Maybe(str), "Name of its part."),
+    ("text", str, "The remark."),
+)
 
 
 def are_clean(remarks: Iterable[Remark]) -> bool:

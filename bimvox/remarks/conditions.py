@@ -16,7 +16,8 @@ from bimvox.errors import enumerated
 from bimvox.proof.over_time import not_current
 from bimvox.records.lift import NOT_ITS_CELLS, Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.records.proof import ASSUMED_KIND, Remark, Severity
+from bimvox.records.proof import Remark
+from bimvox.remarks import table
 from bimvox.remarks.subject import Subject, metres, name_of
 from bimvox.site.component import Component
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
@@ -162,16 +163,6 @@ def _names(labels: Sequence[str]) -> str:
     return ", ".join(labels[:_NAMED]) + more
 
 
-ASSUMED_MASS = "assumed_mass"
-ASSUMED_CONTACT = "assumed_contact"
-ASSUMED_TACKLE = "assumed_tackle"
-ASSUMED_TIMES = "assumed_times"
-ASSUMED_SWING = "assumed_swing"
-ASSUMED_HEADING = "assumed_heading"
-ASSUMED_GROUND = "assumed_ground"
-PLAN_NOTE = "plan_note"
-PLACED_TWICE = "placed_twice"
-
 _MOST_REASONS = 4
 _MASSES = {
     "default": "no mass and no known material: volume times the density of their kind, otherwise 2,400 kg/m3",
@@ -187,24 +178,18 @@ def assumptions(subject: Subject) -> Iterator[Remark]:
     for source, said in _MASSES.items():
         count = sum(component.mass_source == source for component in subject.lifted)
         if count:
-            yield _note(ASSUMED_MASS, f"{count:,} of {len(subject.lifted):,} parts have {said}")
-    yield _note(
-        ASSUMED_CONTACT,
-        f"neighbours may overlap by {own.contact_tolerance_m * 1000.0:g} mm, and a part rests on what is up to "
-        f"{own.support_gap_m * 1000.0:g} mm below it",
-    )
-    yield _note(ASSUMED_GROUND, _ground(subject))
+            yield table.ASSUMED_MASS(count=count, lifted=len(subject.lifted), said=said)
+    yield table.ASSUMED_CONTACT(tolerance=own.contact_tolerance_m * 1000.0, gap=own.support_gap_m * 1000.0)
+    yield table.ASSUMED_GROUND(said=_ground(subject))
     if site.cranes:
         yield from _of_cranes(subject)
     yaw_rad = float(np.arctan2(site.site_to_ifc[1, 0], site.site_to_ifc[0, 0]))
     if abs(yaw_rad) > 1e-9:
-        yield _note(ASSUMED_HEADING, f"the site frame is the model turned by {degrees(yaw_rad):.2f} degrees")
+        yield table.TURNED_SITE(yaw=degrees(yaw_rad))
     names = names_by_id(site)
     for note in (*site.notes, *subject.plan.notes):
-        if is_about_place(note):
-            yield Remark(PLACED_TWICE, Severity.MINOR, note)
-        else:
-            yield _note(PLAN_NOTE, with_names(note, names))
+        about_place = is_about_place(note)
+        yield table.PLACED_TWICE(note=note) if about_place else table.PLAN_NOTE(note=with_names(note, names))
 
 
 def _kinds(subject: Subject) -> Iterator[Remark]:
@@ -218,19 +203,15 @@ def _kinds(subject: Subject) -> Iterator[Remark]:
     of = f"of {len(subject.site.components):,} parts"
     way = f"that {lifted:,} {of} come by crane is an assumption: concrete that is not said to be precast"
     if not reasons:
-        yield from [_note(ASSUMED_KIND, way)] * bool(lifted)
+        yield from [table.ASSUMED_KINDS(said=way)] * bool(lifted)
         return
     said = [
         f"{count:,} {'of unknown kind' if kind is Kind.OTHER else f'taken as {kind.value}'} ({why})"
         for (kind, why), count in reasons.most_common(_MOST_REASONS)
     ]
     rest = reasons.total() - sum(count for _, count in reasons.most_common(_MOST_REASONS))
-    yield _note(
-        ASSUMED_KIND,
-        f"what {reasons.total():,} {of} are is an assumption: "
-        + enumerated([*said, f"{rest:,} others"] if rest else said)
-        + f"; {way}" * bool(lifted),
-    )
+    listed = enumerated([*said, f"{rest:,} others"] if rest else said) + f"; {way}" * bool(lifted)
+    yield table.ASSUMED_KINDS(said=f"what {reasons.total():,} {of} are is an assumption: {listed}")
 
 
 def _ground(subject: Subject) -> str:
@@ -249,37 +230,25 @@ def _of_cranes(subject: Subject) -> Iterator[Remark]:
     site, own = subject.site, subject.site.rules
     for number, crane in enumerate(site.cranes):
         if any(part.lifting.rig is not None for part in subject.lifted if part.crane == number):
-            yield _note(ASSUMED_TACKLE, _gear(subject, crane, number))
-            continue
-        yield _note(
-            ASSUMED_TACKLE,
-            f"crane {crane.name!r}: every part hangs on the same rigging of {crane.rigging_mass_kg:g} kg, "
-            f"{metres(crane.sling_m)} high, and every lifting point holds",
-        )
+            yield _gear(subject, crane, number)
+        else:
+            high = metres(crane.sling_m)
+            yield table.ASSUMED_RIGGING(crane=crane.name, mass=crane.rigging_mass_kg, high=high)
     yield from _crew_times(subject)
-    if own.heading is HeadingRule.WITH_JIB:
-        yield _note(
-            ASSUMED_HEADING,
-            "a load turns with the jib as if it were fixed to it, and a crew turns it to its final heading above its "
-            "place; a load without room for that keeps its heading by tag line",
-        )
-    else:
-        yield _note(ASSUMED_HEADING, "tag lines keep the heading of a load while the jib turns")
+    yield table.TURNS_WITH_JIB() if own.heading is HeadingRule.WITH_JIB else table.HEADING_KEPT()
     if own.swing is SwingRule.SHAPED:
-        yield _note(ASSUMED_SWING, "a load swings like a point on its rope, without wind and without damping")
+        yield table.ASSUMED_SWING()
 
 
-def _gear(subject: Subject, crane: TowerCrane, number: int) -> str:
-    """Return what is assumed about gear that was chosen for the parts of a crane."""
+def _gear(subject: Subject, crane: TowerCrane, number: int) -> Remark:
+    """Return the note about gear that was chosen for the parts of a crane."""
     own = [part.lifting for part in subject.lifted if part.crane == number and part.lifting.rig is not None]
     assumed = sum(lifting.source != "anchors" for lifting in own)
     points = "every lifting point holds"
     if assumed:
         points = f"the lifting points of {assumed:,} of {len(own):,} parts are assumed, and each holds"
-    return (
-        f"crane {crane.name!r}: gear is chosen for each part from a catalogue, whose fittings and lengths are partly "
-        f"assumed; {points}; the empty hook carries {crane.rigging_mass_kg:g} kg of gear, {metres(crane.sling_m)} high"
-    )
+    mass_kg, high = crane.rigging_mass_kg, metres(crane.sling_m)
+    return table.ASSUMED_GEAR(crane=crane.name, points=points, mass=mass_kg, high=high)
 
 
 def _crew_times(subject: Subject) -> Iterator[Remark]:
@@ -290,13 +259,5 @@ def _crew_times(subject: Subject) -> Iterator[Remark]:
     for work in sorted(by_work):
         crew = crew_times(own, by_work[work][0])
         tags = f"twice {crew.tag_line_s:g} s for tag lines, " if crew.tag_line_s else ""
-        yield _note(
-            ASSUMED_TIMES,
-            f"each lift ({work}) takes a crew {crew.sling_s:g} s to sling, {tags}{TRIAL_LIFT_S:g} s of trial lift, "
-            f"{crew.brace_s:g} s to align and brace, and {crew.release_s:g} s to take the slings off: nominal values, "
-            "not measured",
-        )
-
-
-def _note(kind: str, said: str) -> Remark:
-    return Remark(kind, Severity.NOTE, said)
+        sling, brace, release = crew.sling_s, crew.brace_s, crew.release_s
+        yield table.ASSUMED_TIMES(work=work, tags=tags, trial=TRIAL_LIFT_S, sling=sling, brace=brace, release=release)

@@ -19,16 +19,13 @@ from bimvox.grid.frame import GridFrame
 from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.proof.crane.axes import shares_of_capacity
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.records.proof import Remark, Severity
-from bimvox.remarks.subject import Subject, about, metres, name_of, tonnes
+from bimvox.records.proof import Remark
+from bimvox.remarks import table
+from bimvox.remarks.subject import Subject, metres, name_of, tonnes
 from bimvox.site.catalogue import FICTITIOUS, catalogue, machine_called
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for, hung_kg
 from bimvox.site.site import Site
-
-CRANE_UNKNOWN = "crane_unknown"
-CRANE_ALTERED = "crane_altered"
-CRANE_GENERIC = "crane_generic"
 
 SCALED = " scaled "
 """In the names of machines that do not exist; earlier versions did not call them fictitious."""
@@ -42,18 +39,10 @@ def machines(subject: Subject) -> Iterator[Remark]:
         named = machine_called(crane.machine or crane.name)
         possible = catalogue() if named is None else (named,)
         if any(is_same(crane, entry) for machine in possible for entry in machine.cranes):
-            yield Remark(
-                CRANE_GENERIC,
-                Severity.NOTE,
-                f"crane {crane.name!r} is a machine of the catalogue with typical data, not a manufacturer's product: "
-                "its load chart must be replaced by that of the machine on site",
-            )
+            yield table.CRANE_GENERIC(crane=crane.name)
             continue
         entry = _entry_of(crane, named)
-        if entry is None:
-            yield _unknown(crane)
-        else:
-            yield _altered(crane, entry)
+        yield _unknown(crane) if entry is None else _altered(crane, entry)
 
 
 def _entry_of(crane: TowerCrane, named: Machine | None) -> TowerCrane | None:
@@ -77,30 +66,26 @@ def _unknown(crane: TowerCrane) -> Remark:
         f"jib {crane.jib_length_m:g} m"
     )
     if crane.name.startswith(FICTITIOUS) or SCALED in crane.name:
-        said = f"crane {crane.name!r} is fictitious, it does not exist: a machine scaled up by calculation ({data})"
-        return Remark(CRANE_UNKNOWN, Severity.SERIOUS, f"{said}; name a real machine and give its load chart")
+        return table.CRANE_FICTITIOUS(crane=crane.name, data=data)
     if moment_tm > LARGEST_TM:
-        said = f"crane {crane.name!r} lifts {moment_tm:,.0f} tm, more than any tower crane ever built ({data})"
-        return Remark(CRANE_UNKNOWN, Severity.SERIOUS, said)
+        return table.CRANE_TOO_LARGE(crane=crane.name, moment=moment_tm, data=data)
     if crane.overrides:
         data += f"; the site file changes the machine {crane.machine or crane.name!r}: {_listed(crane.overrides)}"
-    said = f"crane {crane.name!r} is not in the catalogue ({data})"
-    return Remark(CRANE_UNKNOWN, Severity.MINOR, f"{said}: check its data against the manufacturer's load chart")
+    return table.CRANE_UNKNOWN(crane=crane.name, data=data)
 
 
 def _altered(crane: TowerCrane, entry: TowerCrane) -> Remark:
     """Return the remark about a crane that differs from its entry; serious if it carries or reaches more."""
     known = "as the catalogue has it" if crane.name == entry.name else f"{entry.name!r} of the catalogue"
     declared = ", as its [crane.override] says" if crane.overrides else ""
-    said = f"crane {crane.name!r} is not {known}{declared}: {_listed(differences(crane, entry))}"
-    return Remark(CRANE_ALTERED, Severity.SERIOUS if does_more(crane, entry) else Severity.MINOR, said)
+    altered = table.CRANE_DOES_MORE if does_more(crane, entry) else table.CRANE_ALTERED
+    return altered(crane=crane.name, known=known, declared=declared, differences=_listed(differences(crane, entry)))
 
 
 def _listed(found: tuple[object, ...]) -> str:
     return "; ".join(map(str, found))
 
 
-CRANE_FOOT = "crane_foot"
 _LEVEL_M = 0.5
 
 
@@ -121,17 +106,11 @@ def crane_feet(subject: Subject) -> Iterator[Remark]:
                     met.append(blocker.name or blocker.id)
         if met:
             more = f" and {len(met) - 1:,} more" if len(met) > 1 else ""
-            said = f"the mast of crane {crane.name!r} goes through {met[0]}{more}"
-            yield Remark(CRANE_FOOT, Severity.SERIOUS, said)
+            yield table.MAST_MEETS(crane=crane.name, first=met[0], more=more)
         elif abs(off_m := low[2] - _ground_m(site, low, high)) > _LEVEL_M:
-            where = "above" if off_m > 0.0 else "below"
-            said = (
-                f"the foot of crane {crane.name!r} is {abs(off_m):.1f} m {where} the ground there: give its height, or "
-            )
-            yield Remark(CRANE_FOOT, Severity.SERIOUS, said + "move it clear of the excavation")
+            yield table.FOOT_OFF(crane=crane.name, off=abs(off_m), where="above" if off_m > 0.0 else "below")
         elif _stands_in(subject, low, high):
-            said = f"crane {crane.name!r} stands inside the outline of the building: its mast must stay until the end"
-            yield Remark(CRANE_FOOT, Severity.MINOR, f"{said}, and its foundation must fit between the parts")
+            yield table.FOOT_INSIDE(crane=crane.name)
 
 
 def _ground_m(site: Site, low: NDArray[np.float64], high: NDArray[np.float64]) -> float:
@@ -158,10 +137,6 @@ def _stands_in(subject: Subject, low: NDArray[np.float64], high: NDArray[np.floa
     return bool(MultiPoint(corners).convex_hull.contains(box(*low[:2], *high[:2])))
 
 
-CARRIED_LOW = "carried_low"
-HIGH_UTILISATION = "high_utilisation"
-DOUBTFUL_MASS = "doubtful_mass"
-
 CARRYING_HEIGHT_M = 2.0
 """Least height over people and finished work: 2 to 3 m are usual in lift plans (professional judgement)."""
 HIGH_SHARE = 0.9
@@ -184,8 +159,8 @@ def carried_low(subject: Subject) -> Iterator[Remark]:
     """
     for component, gap_m, below in _heights(subject, CARRYING_HEIGHT_M):
         if gap_m < CARRYING_HEIGHT_M - _ROUNDING_M:
-            said = f"is carried {metres(max(gap_m, 0.0))} over {below}: {metres(CARRYING_HEIGHT_M)} are usual"
-            yield about(component, CARRIED_LOW, Severity.MINOR, said)
+            gap, least = metres(max(gap_m, 0.0)), metres(CARRYING_HEIGHT_M)
+            yield table.CARRIED_LOW(component, gap=gap, below=below, least=least)
 
 
 def least_height_m(subject: Subject) -> tuple[float, str, str] | None:
@@ -218,25 +193,22 @@ def high_utilisation(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every lift that uses more than 90 % of the crane's capacity."""
     for component, crane, share in _used(subject):
         if share > HIGH_SHARE + 1e-9:
-            said = f"uses {100.0 * share:.0f} % of the capacity of crane {crane.name!r}"
-            yield about(component, HIGH_UTILISATION, Severity.MINOR, said)
+            yield table.HIGH_UTILISATION(component, share=100.0 * share, crane=crane.name)
 
 
 def doubtful_mass(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every lift that the crane may not carry because its mass or its kind is an assumption."""
     for component, crane, share in _used(subject):
-        unsure = component.mass_uncertainty
-        heavier = _if_concrete(component)
+        unsure, heavier, judgement = component.mass_uncertainty, _if_concrete(component), component.judgement
         if share * heavier > 1.0 + 1e-9:
-            said = f"is taken as {component.judgement.kind.value} ({component.judgement.why}); if it is concrete, it "
-            said += f"weighs {tonnes(heavier * component.mass_kg)}, {100.0 * share * heavier:.0f} % of the capacity of "
-            said += f"crane {crane.name!r}: say what it is ([model] kinds)"
-            yield about(component, DOUBTFUL_MASS, Severity.SERIOUS, said)
-            continue
-        if share > DOUBTFUL_SHARE + 1e-9 and unsure >= ASSUMED:
-            said = f"uses {100.0 * share:.0f} % of the capacity of crane {crane.name!r}, and its mass of "
-            said += f"{tonnes(component.mass_kg)} is an assumption, which may be {100.0 * unsure:.0f} % too low: "
-            yield about(component, DOUBTFUL_MASS, Severity.SERIOUS, said + "state its weight or material in the model")
+            mass, kind = tonnes(heavier * component.mass_kg), judgement.kind.value
+            used = 100.0 * share * heavier
+            yield table.IF_CONCRETE(component, kind=kind, why=judgement.why, mass=mass, share=used, crane=crane.name)
+        elif share > DOUBTFUL_SHARE + 1e-9 and unsure >= ASSUMED:
+            mass = tonnes(component.mass_kg)
+            yield table.DOUBTFUL_MASS(
+                component, share=100.0 * share, crane=crane.name, mass=mass, unsure=100.0 * unsure
+            )
 
 
 def _if_concrete(component: Component) -> float:

@@ -17,8 +17,9 @@ from bimvox.proof.bodies.solid import Solid, is_inside, surfaces_cross
 from bimvox.proof.bodies.triangle_tree import tree_over
 from bimvox.proof.shape import volumes_of
 from bimvox.records.lift import ModelledClash, Status
-from bimvox.records.proof import Remark, Severity
-from bimvox.remarks.subject import Subject, about, metres, tonnes
+from bimvox.records.proof import Remark
+from bimvox.remarks import table
+from bimvox.remarks.subject import Subject, metres, tonnes
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.default_rules import (
     FEW_HANDS_KG,
@@ -35,10 +36,6 @@ from bimvox.site.ground import Ground
 from bimvox.site.means import Means
 from bimvox.site.site import Blocker, names_by_id
 from bimvox.site.work import Work, kind_of
-
-FLOATS = "floats"
-HANGS = "hangs"
-UNHELD = "unheld"
 
 NEAR_M = 0.05
 """Parts closer than this touch: bearings and grout joints are 10 to 50 mm high (professional judgement). A larger
@@ -59,30 +56,25 @@ def floating(subject: Subject) -> Iterator[Remark]:
     for group in groups:
         if len(group) > _MANY:
             foot = metres(min(float(subject.in_place[number].mesh.bounds_m[0, 2]) for number in group))
-            said = f"{len(group):,} parts float {foot} above the ground and touch only each other: "
-            said += "foundations are missing in the model, or [model] ground_m is too low"
-            yield Remark(FLOATS, Severity.SERIOUS, said)
+            yield table.MANY_FLOAT(count=len(group), foot=foot)
         for number in group if len(group) <= _MANY else ():
             component = subject.in_place[number]
             if component.index not in lifted:
                 continue
             foot = metres(float(component.mesh.bounds_m[0, 2]))
-            others = len(group) - 1
-            if not others:
-                said = f"floats {foot} above the ground: nothing is under it or next to it"
-            else:
+            others, touches = len(group) - 1, "nothing is under it or next to it"
+            if others:
                 more = "another part that floats" if others == 1 else f"{others:,} other parts that float"
-                said = f"floats {foot} above the ground: it touches only {more}"
-            yield about(component, FLOATS, Severity.SERIOUS, said)
+                touches = f"it touches only {more}"
+            yield table.FLOATS(component, foot=foot, neighbours=touches)
     floats = {subject.in_place[number].id for group in groups for number in group}
     for number, component in enumerate(subject.in_place):
         if component.index in lifted and component.id not in floats and not neighbours.rests(number):
-            said = "hangs: nothing is under it, it is held only by what it touches at its sides"
-            yield about(component, HANGS, Severity.MINOR, said)
+            yield table.HANGS(component)
     unheld = set(subject.plan.unheld) - floats
     for number, component in enumerate(subject.in_place):
         if component.index in lifted and component.id in unheld and not neighbours.on_ground[number]:
-            yield about(component, UNHELD, Severity.SERIOUS, "is set before any part that could hold it")
+            yield table.UNHELD(component)
 
 
 class _Neighbours:
@@ -180,32 +172,27 @@ def _holds(outer: Solid, inner: Solid) -> bool:
     return bool(len(inner.corners_m)) and bool(is_inside(outer, inner.corners_m[0].mean(axis=0)))
 
 
-DENSITY = "density"
-
 LIGHT_KG_M3, VERY_LIGHT_KG_M3 = 60.0, 20.0
 """Insulation boards weigh 15 to 60 kg/m3, panels with faces of sheet steel 80 and more (data sheets)."""
 DENSE_KG_M3, VERY_DENSE_KG_M3 = 9_000.0, 12_000.0
 """Steel weighs 7,850 kg/m3, copper 8,900 and lead 11,300 (EN 1991-1-1, table A.4)."""
 
 
-def density(subject: Subject) -> Iterator[Remark]:
+def densities(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every part of a closed mesh that is lighter than a panel or denser than steel."""
     for component in subject.lifted:
         found, mass_kg = volumes_of(component.mesh), component.mass_kg
         if found.least_m3 and mass_kg < LIGHT_KG_M3 * found.least_m3:
             very, kg_m3 = mass_kg < VERY_LIGHT_KG_M3 * found.least_m3, mass_kg / found.least_m3
-            said = f"{kg_m3:.0f} kg/m3 of what it encloses: lighter than a building part, unless it is hollow"
+            density, than = f"{kg_m3:.0f}", "lighter than a building part, unless it is hollow"
         elif mass_kg > DENSE_KG_M3 * found.most_m3:
             very, kg_m3 = mass_kg > VERY_DENSE_KG_M3 * found.most_m3, mass_kg / found.most_m3
-            said = f"{kg_m3:,.0f} kg/m3 of what it encloses: denser than steel"
+            density, than = f"{kg_m3:,.0f}", "denser than steel"
         else:
             continue
-        severity = Severity.SERIOUS if very else Severity.MINOR
-        yield about(component, DENSITY, severity, f"weighs {tonnes(mass_kg)}, {said}; check its mass")
+        odd = table.ODD_DENSITY if very else table.UNUSUAL_DENSITY
+        yield odd(component, mass=tonnes(mass_kg), density=density, than=than)
 
-
-OVERLAP = "overlap"
-SMALL_OVERLAPS = "small_overlaps"
 
 DEEP_M = 0.05
 """More than all tolerances of making, setting out and erecting precast parts together: EN 13670 and EN 13369 allow 10
@@ -240,15 +227,11 @@ def overlaps(subject: Subject) -> Iterator[Remark]:
         clash, other = found[0]
         least = "at least " if clash.at_least else ""
         more = f", and {len(found) - 1:,} more" if len(found) > 1 else ""
-        said = f"is drawn {least}{clash.depth_m * 1000.0:.0f} mm into {names.get(other, other)}{more}"
-        if ready:
-            yield about(component, OVERLAP, Severity.SERIOUS, said)
-        else:
-            yield about(component, OVERLAP, Severity.MINOR, f"{said}; one of them is cut, cast or built on site")
+        row = table.OVERLAP if ready else table.OVERLAP_ON_SITE
+        yield row(component, least=least, depth=clash.depth_m * 1000.0, other=names.get(other, other), more=more)
     small = [clash.depth_m for clash in subject.plan.clashes if clash not in deep]
     if small:
-        said = f"parts overlap in the model by up to {max(small) * 1000.0:.0f} mm, and may do so when they are set"
-        yield Remark(SMALL_OVERLAPS, Severity.NOTE, f"{said}: {len(small):,} pair{'' if len(small) == 1 else 's'}")
+        yield table.SMALL_OVERLAPS(depth=max(small) * 1000.0, count=len(small), s="" if len(small) == 1 else "s")
 
 
 def _is_foundation(structure: Blocker) -> bool:
@@ -257,9 +240,6 @@ def _is_foundation(structure: Blocker) -> bool:
     is_called = meaning is not None and meaning.says in ("footing", Kind.PILE)
     return is_called or plain_class(structure.ifc_class) in _FOUNDATIONS
 
-
-TRANSPORT = "transport"
-HAND_LOAD = "hand_load"
 
 HAND_KG = 25.0
 """What one person lifts close to the body: HSE, Manual handling at work (INDG143), figure 1."""
@@ -273,11 +253,9 @@ def transport(subject: Subject) -> Iterator[Remark]:
         if (found := _by_road(component, truck_kg, truck_m)) is not None:
             yield found
         if component.mass_kg <= HAND_KG:
-            said = f"weighs {component.mass_kg:.0f} kg: one person carries that, yet it has a crane lift of its own"
-            yield about(component, HAND_LOAD, Severity.MINOR, said)
+            yield table.HAND_LOAD(component, mass=component.mass_kg)
         elif component.mass_kg <= FEW_HANDS_KG:
-            said = f"weighs {component.mass_kg:.0f} kg: such parts are lifted by the bundle, not one by one"
-            yield about(component, HAND_LOAD, Severity.MINOR, said)
+            yield table.BUNDLED(component, mass=component.mass_kg)
 
 
 def _by_road(component: Component, truck_kg: float, truck_m: tuple[float, float, float]) -> Remark | None:
@@ -298,31 +276,18 @@ def _by_road(component: Component, truck_kg: float, truck_m: tuple[float, float,
     is_beyond = (
         component.mass_kg > ROAD_KG or length_m > ROAD_LENGTH_M or width_m > ROAD_WIDTH_M or height_m > ROAD_HEIGHT_M
     )
-    what = ", ".join(said)
-    if is_beyond:
-        return about(component, TRANSPORT, Severity.SERIOUS, f"{what}: it cannot go by road in one piece")
-    return about(component, TRANSPORT, Severity.MINOR, f"{what}: a special transport with a permit")
+    return (table.NOT_BY_ROAD if is_beyond else table.SPECIAL_TRANSPORT)(component, what=", ".join(said))
 
 
 _sizes_m = kept(laid_flat_m)
 
 
-GUIDED = "guided"
-
-
 def guided(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every load that reaches its place only if a crew guides it."""
     for lift in subject.lifts:
-        if lift.guide is not None:
-            said = (
-                f"reaches its place only if it is tilted by {degrees(lift.guide.steepest_rad):.1f} degrees and held "
-                f"{lift.guide.furthest_m:.2f} m aside, from {lift.guide.top_m:.1f} m above it: "
-                "one sling leg is adjustable"
-            )
-            yield about(subject.site.components[lift.component], GUIDED, Severity.MINOR, said)
-
-
-NO_RACK = "no_rack"
+        if (guide := lift.guide) is not None:
+            tilt, part = degrees(guide.steepest_rad), subject.site.components[lift.component]
+            yield table.GUIDED(part, tilt=tilt, aside=guide.furthest_m, top=guide.top_m)
 
 
 def storage(subject: Subject) -> Iterator[Remark]:
@@ -336,5 +301,4 @@ def storage(subject: Subject) -> Iterator[Remark]:
             continue
         height_m = float(np.ptp(component.mesh.bounds_m[:, 2]))
         if kind_of(component) is Work.WALL and height_m >= RACKED_THINNESS * sizes_m(component.mesh)[2]:
-            said = "stands in the yard without a rack: no room for one, or it is not along the cells; brace it there"
-            yield about(component, NO_RACK, Severity.SERIOUS, said)
+            yield table.NO_RACK(component)

@@ -10,8 +10,9 @@ from bimvox.errors import listed
 from bimvox.proof.over_time import not_current
 from bimvox.records.lift import Status
 from bimvox.records.programme import TaskDates
-from bimvox.records.proof import Remark, Severity
-from bimvox.remarks.subject import Subject, about
+from bimvox.records.proof import Remark
+from bimvox.remarks import table
+from bimvox.remarks.subject import Subject
 from bimvox.site.collision import CLEARANCES
 from bimvox.site.crew_times import crew_times
 from bimvox.site.default_rules import ALL_KEPT
@@ -21,17 +22,6 @@ from bimvox.site.obstructions.coordinates import is_about_coordinates
 from bimvox.site.site import HeadingRule, Rules, Site, SwingRule
 from bimvox.site.work import Work, work_of
 from bimvox.units import clock
-
-WIND = "wind"
-LOW_WIND = "low_wind"
-SMALL_CLEARANCE = "small_clearance"
-KEPT_HEADING = "kept_heading"
-SWING = "swing"
-ROPE = "rope"
-TOLERANCE = "tolerance"
-CREW_TIMES = "crew_times"
-CASTING_TIMES = "casting_times"
-SLING_ANGLE = "sling_angle"
 
 MOST_TOLERANCE_M = 0.025
 """Largest tolerance on place and size of a precast part (EN 13670, class 1; EN 13369)."""
@@ -56,31 +46,23 @@ def rules(subject: Subject) -> Iterator[Remark]:
         yield from _of_crews(subject)
         yield from _kept_less(subject)
     if own.contact_tolerance_m > MOST_TOLERANCE_M:
-        said = f"parts may be set {own.contact_tolerance_m * 1000.0:.0f} mm into each other (rules.contact_tolerance_m)"
-        yield Remark(TOLERANCE, Severity.MINOR, f"{said}; {MOST_TOLERANCE_M * 1000.0:.0f} mm is a usual limit")
+        yield table.CONTACT_TOLERANCE(tolerance=own.contact_tolerance_m * 1000.0, most=MOST_TOLERANCE_M * 1000.0)
     yield from _of_casting(subject)
     if own.support_gap_m > MOST_GAP_M:
-        said = f"a part counts as carried by what is up to {own.support_gap_m * 1000.0:.0f} mm below it"
-        yield Remark(TOLERANCE, Severity.MINOR, f"{said} (rules.support_gap_m)")
+        yield table.SUPPORT_GAP(gap=own.support_gap_m * 1000.0)
 
 
 def _of_cranes(own: Rules) -> Iterator[Remark]:
     if not own.wind_speed_m_s:
-        yield Remark(WIND, Severity.MINOR, "no wind is considered: rules.wind_speed_m_s is 0")
+        yield table.NO_WIND()
     elif own.drag_coefficient < LEAST_DRAG:
-        said = f"rules.drag_coefficient is {own.drag_coefficient:g}"
-        yield Remark(WIND, Severity.MINOR, f"the wind counts for less than on any part with edges: {said}")
+        yield table.LITTLE_DRAG(drag=own.drag_coefficient)
     if own.sling_angle_rad > MOST_SLING_ANGLE_RAD:
-        said = f"two legs of a sling may spread by {degrees(own.sling_angle_rad):.0f} degrees (rules.sling_angle_rad)"
-        yield Remark(
-            SLING_ANGLE, Severity.MINOR, f"{said}; {degrees(MOST_SLING_ANGLE_RAD):.0f} degrees are usual at most"
-        )
+        yield table.SLING_ANGLE(angle=degrees(own.sling_angle_rad), most=degrees(MOST_SLING_ANGLE_RAD))
     if own.swing is SwingRule.OFF:
-        said = 'the swing of loads is not considered (rules.swing = "off"): they may hit something when they swing'
-        yield Remark(SWING, Severity.SERIOUS, said)
+        yield table.NO_SWING()
     if not own.rope:
-        said = "the hoist rope is not considered (rules.rope = false): it may touch what is above a load"
-        yield Remark(ROPE, Severity.SERIOUS, said)
+        yield table.NO_ROPE()
 
 
 def _kept_less(subject: Subject) -> Iterator[Remark]:
@@ -98,16 +80,13 @@ def _kept_less(subject: Subject) -> Iterator[Remark]:
                 for what, rule in whose
                 if getattr(less, rule) is not None
             )
-            said = f"in transit {said}: the planner found no way with more"
-            yield about(component, SMALL_CLEARANCE, Severity.MINOR, said)
+            yield table.SMALL_CLEARANCE(component, kept=said)
         if own.heading is HeadingRule.WITH_JIB and component.index in kept_headings:
-            said = "keeps its heading by tag line: it has no room to turn with the jib"
-            yield about(component, KEPT_HEADING, Severity.MINOR, said)
+            yield table.KEPT_HEADING(component)
         crane = site.crane_of(component)
         if crane is not None and needs_less_wind(site, component):
             most, sail_m2 = permitted_for(site, crane, component), component.sail_area_m2
-            said = f"may be lifted in wind up to {most:.1f} m/s only: its sail area is {sail_m2:.1f} m2"
-            yield about(component, LOW_WIND, Severity.MINOR, f"{said}; other lifts up to {own.wind_speed_m_s:g} m/s")
+            yield table.LOW_WIND(component, most=most, sail=sail_m2, other=own.wind_speed_m_s)
 
 
 def _of_crews(subject: Subject) -> Iterator[Remark]:
@@ -116,9 +95,7 @@ def _of_crews(subject: Subject) -> Iterator[Remark]:
         if any(
             s < least_s for s, least_s in zip(given, (LEAST_SLING_S, LEAST_BRACING_S, LEAST_RELEASE_S), strict=True)
         ):
-            said = "{:g} s to attach the slings, {:g} s to align and brace a part and {:g} s to take its slings off"
-            said = said.format(*given)
-            yield Remark(CREW_TIMES, Severity.MINOR, f"{said} are too short for a crew")
+            yield table.CREW_TIMES(sling=crew.sling_s, brace=crew.brace_s, release=crew.release_s)
 
 
 def _of_casting(subject: Subject) -> Iterator[Remark]:
@@ -128,13 +105,9 @@ def _of_casting(subject: Subject) -> Iterator[Remark]:
     for work in sorted(cast):
         own = getattr(casting, work.value)
         if own.hours_m3 < LEAST_HOURS_M3 or own.wait_h < LEAST_WAIT_H or casting.people > MOST_PEOPLE:
-            said = f"{own.hours_m3:g} hours of work for a cubic metre, {casting.people:g} people at one part"
-            said = f"{said} and {own.wait_h:g} hours until it carries"
-            yield Remark(CASTING_TIMES, Severity.MINOR, f"{said} are not those of concrete ({work.value})")
+            people, wait_h = casting.people, own.wait_h
+            yield table.CASTING_TIMES(hours=own.hours_m3, people=people, wait=wait_h, work=work.value)
 
-
-OUTSIDE = "outside"
-COORDINATES = "coordinates"
 
 _NAMED = re.compile(r"obstruction .* lies outside the site, which is (.*)", re.DOTALL)
 _COUNTED = re.compile(r"more obstructions: .*?([\d,]+) outside the site")
@@ -143,13 +116,12 @@ _COUNTED = re.compile(r"more obstructions: .*?([\d,]+) outside the site")
 def outside(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about obstructions outside the site, a serious one if none is inside, and how others were read."""
     notes = subject.site.obstruction_notes
-    yield from (Remark(COORDINATES, Severity.NOTE, note) for note in notes if is_about_coordinates(note))
+    yield from (table.COORDINATES(note=note) for note in notes if is_about_coordinates(note))
     if (said := none_inside(subject.site)) is not None:
-        yield Remark(OUTSIDE, Severity.SERIOUS, said)
+        yield table.NONE_INSIDE(said=said)
     elif count := _count(notes):
-        lie, them = ("lies", "it") if count == 1 else ("lie", "them")
-        said = f"{count:,} obstruction{'s' * (count > 1)} {lie} outside the site; nothing is planned around {them}"
-        yield Remark(OUTSIDE, Severity.NOTE, said)
+        lie, them = (" lies", "it") if count == 1 else ("s lie", "them")
+        yield table.OUTSIDE(count=count, s=lie, them=them)
 
 
 def none_inside(site: Site) -> str | None:
@@ -170,9 +142,6 @@ def _count(notes: Sequence[str]) -> int:
     return sum(_NAMED.fullmatch(note) is not None for note in notes) + sum(counted)
 
 
-NOT_CURRENT = "not_current"
-
-
 def earlier(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every part that was set before the obstructions became the current ones, with the times."""
     ids = set(not_current(subject.plan, subject.motions))
@@ -180,14 +149,9 @@ def earlier(subject: Subject) -> Iterator[Remark]:
     for component in subject.lifted:
         if component.id in ids:
             set_at, since = (clock(ns / 1e9) for ns in (set_ns[component.index], subject.plan.history[-1].until_ns))
-            said = (
-                f"its lift is proven against earlier obstructions only: it was set at {set_at}, before they became the "
-                f"current ones at {since}"
-            )
-            yield about(component, NOT_CURRENT, Severity.MINOR, said)
+            yield table.NOT_CURRENT(component, set_at=set_at, since=since)
 
 
-LATE = "late"
 _MOST_NAMED = 5
 
 
@@ -200,8 +164,7 @@ def late(tasks: Iterable[TaskDates]) -> tuple[Remark, ...]:
     if not found:
         return ()
     named = listed((f"{task.task.path} ({_days(days)})" for days, task in found), _MOST_NAMED)
-    said = f"{len(found):,} of {len(tasks):,} tasks of the programme end later than it wants: {named}"
-    return (Remark(LATE, Severity.MINOR, said),)
+    return (table.LATE(late=len(found), count=len(tasks), named=named),)
 
 
 def _days(days: int) -> str:

@@ -7,7 +7,6 @@ from functools import cached_property
 
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.records.proof import Remark, Severity
 from bimvox.site.component import Component
 from bimvox.site.site import Site
 
@@ -55,14 +54,9 @@ def name_of(component: Component) -> str:
     return component.name or component.id
 
 
-def about(component: Component, kind: str, severity: Severity, text: str) -> Remark:
-    """Return a remark about a part."""
-    return Remark(kind, severity, text, component.id, name_of(component))
-
-
-def metres(length_m: float, digits: int = 1) -> str:
+def metres(length_m: float) -> str:
     """Return a length as text. Lengths are often multiples of a cell; rounding errors must not change their text."""
-    return f"{round(length_m - 1e-6, digits) + 0.0:.{digits}f} m"
+    return f"{round(length_m - 1e-6, 1) + 0.0:.1f} m"
 
 
 def tonnes(mass_kg: float) -> str:

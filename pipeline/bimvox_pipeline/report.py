@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import FileError, InputError
-from bimvox.exporters.text import for_csv
+from bimvox.exporters.text import table
 from bimvox.files import check_output, default_output, reason_of, write_atomically
 from bimvox.progress import Progress
 from bimvox_pipeline.browser import draw_with
@@ -182,30 +180,26 @@ def _names(component: Any) -> dict[str, str]:
 # The figures of a report as separate files, and their numbers as CSV.
 
 _DATA_FILE = "lifts.csv"
+_GOVERNED = {name: name for name in ("load_kg", "radius_m", "capacity_kg", "utilisation")} | {
+    "governing_time_s": "time_s"
+}
+"""Columns that are of the governing sample, and their keys there."""
 _COLUMNS = (
-    "number",
-    "order",
-    "id",
-    "global_id",
-    "name",
-    "ifc_class",
-    "status",
-    "method",
-    "moves",
-    "shortest_moves",
-    "mass_kg",
-    "load_kg",
-    "radius_m",
-    "capacity_kg",
-    "utilisation",
-    "governing_time_s",
-    "begins_s",
-    "ends_s",
-    "duration_s",
-    "bound_s",
-    "hook_travel_m",
-    "critical",
-    "proven",
+    *(
+        "number",
+        "order",
+        "id",
+        "global_id",
+        "name",
+        "ifc_class",
+        "status",
+        "method",
+        "moves",
+        "shortest_moves",
+        "mass_kg",
+    ),
+    *("load_kg", "radius_m", "capacity_kg", "utilisation", "governing_time_s"),
+    *("begins_s", "ends_s", "duration_s", "bound_s", "hook_travel_m", "critical", "proven"),
 )
 """Columns of ``lifts.csv``: the keys of the record, with units in their names."""
 
@@ -242,24 +236,12 @@ def _write_figures(folder: Path, record: dict[str, Any]) -> list[str]:
 
 def _lifts_csv(record: dict[str, Any]) -> bytes:
     """Return every lift as a row of CSV, in order; unknown values are empty."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, _COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    for lift in record["lifts"]:
-        governs = lift["governs"] or {}
-        known = {**{name: lift.get(name) for name in _COLUMNS}, **{name: governs.get(name) for name in _GOVERNED}}
-        known["governing_time_s"] = governs.get("time_s")
-        writer.writerow({name: for_csv(_written(value)) for name, value in known.items()})
-    return text.getvalue().encode()
 
+    def cell(lift: dict[str, Any], name: str) -> object:
+        value = (lift["governs"] or {}).get(_GOVERNED[name]) if name in _GOVERNED else lift.get(name)
+        return str(value).lower() if isinstance(value, bool) else value
 
-_GOVERNED = ("load_kg", "radius_m", "capacity_kg", "utilisation")
-
-
-def _written(value: object) -> object:
-    if value is None:
-        return ""
-    return str(value).lower() if isinstance(value, bool) else value
+    return table(_COLUMNS, ([cell(lift, name) for name in _COLUMNS] for lift in record["lifts"])).encode()
 
 
 # Prints a page as PDF with an installed browser.

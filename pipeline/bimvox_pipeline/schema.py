@@ -7,7 +7,7 @@ from operator import attrgetter
 from typing import Any
 
 from bimvox.errors import InputError
-from bimvox.exporters.csv_json import DELIVERY_COLUMNS, LIFT_COLUMNS, SAMPLE_COLUMNS
+from bimvox.exporters.csv_json import DELIVERY_COLUMNS, LIFT, SAMPLE_COLUMNS
 from bimvox.log import schema as topics
 
 _DRAFT = "https://json-schema.org/draft/2020-12/schema"
@@ -148,7 +148,7 @@ def log_schema() -> str:
         *(f"  {name}  {meaning}" for name, meaning in SAMPLE_COLUMNS.items()),
         "",
         "Columns of the CSV of lifts:",
-        *(f"  {name}  {meaning}" for name, meaning in LIFT_COLUMNS.items()),
+        *(f"  {name}  {meaning}" for name, meaning in LIFT.meanings.items()),
         "",
         "Columns of the CSV of deliveries, a row for each part:",
         *(f"  {name}  {meaning}" for name, meaning in DELIVERY_COLUMNS.items()),
@@ -165,7 +165,7 @@ def log_schema_json() -> dict[str, object]:
         "metadata": sorted(topics.OWN_METADATA),
         "attachments": _ATTACHMENTS,
         "csv_samples": SAMPLE_COLUMNS,
-        "csv_lifts": LIFT_COLUMNS,
+        "csv_lifts": LIFT.meanings,
         "csv_deliveries": DELIVERY_COLUMNS,
         "proto": topics.proto_file(),
     }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from bimvox.log.dates import all_remarks
 from bimvox.log.plan_log import PlanLog
 from bimvox.progress import Progress
 from bimvox.records.lift import infeasible_among
-from bimvox.records.proof import Check, Verification
+from bimvox.records.proof import CHECK, Check, Verification
 from bimvox.records.steps import by_other_means, not_lifted_groups, proven_in_words
 from bimvox.remarks.conditions import conditions_of
 from bimvox.units import clock
@@ -107,14 +106,7 @@ def _lifts_as_json(record: PlanLog, parts: Iterable[str]) -> list[dict[str, Any]
 
 def _as_json(checks: Iterable[Check]) -> dict[str, Any]:
     return {
-        check.name: {
-            "passed": check.passed,
-            "samples": check.samples,
-            "worst": None if check.worst is None or not isfinite(check.worst) else round(check.worst, 9),
-            "unit": check.unit or None,
-            "failed": check.failed,
-            "failures": list(check.failures),
-            "undecided": list(check.undecided),
-        }
+        check.name: {key: value for key, value in CHECK.of(check).items() if key != "name"}
+        | {"unit": check.unit or None, "undecided": list(check.undecided)}
         for check in checks
     }

@@ -11,7 +11,7 @@ from mcap.reader import make_reader
 
 from bimvox.errors import SelectionError
 from bimvox.exporters.csv_json import (
-    LIFT_COLUMNS,
+    LIFT,
     SAMPLE_COLUMNS,
     json_bytes,
     lifts_csv,
@@ -19,10 +19,8 @@ from bimvox.exporters.csv_json import (
     to_json,
     to_mcap,
 )
-from bimvox.exporters.formats import FORMATS, Source, format_for
 from bimvox.exporters.lift_schedule import DEFAULT_BEGIN
-from bimvox.exporters.log import log_bytes as exported
-from bimvox.exporters.log import messages_in
+from bimvox.exporters.log import WRITERS, Chosen, messages_in
 from bimvox.log.plan_log import PlanLog, chosen_lifts
 from bimvox.log.reader import read_log
 
@@ -68,7 +66,7 @@ def test_a_site_without_a_crane_has_its_path_as_samples() -> None:
 
 def test_lifts_as_csv() -> None:
     table = rows(lifts_csv(tiny_log()))
-    assert list(table[0]) == list(LIFT_COLUMNS)
+    assert list(table[0]) == list(LIFT.meanings)
     assert [(row["component"], row["status"], row["moves"]) for row in table] == [
         ("0GlobalIdColumnA", "planned", "17"),
         ("0GlobalIdColumnB", "infeasible", ""),
@@ -102,7 +100,7 @@ def extract(log: PlanLog, ids: list[str], tmp_path: Path) -> PlanLog:
 
 
 def test_all_lifts_are_the_log_itself() -> None:
-    assert exported(tiny_log(), FORMATS[0], (0, 1, 2), begins=DEFAULT_BEGIN) == log_bytes(tiny_log())
+    assert WRITERS["mcap"](Chosen(tiny_log(), (0, 1, 2), DEFAULT_BEGIN)) == log_bytes(tiny_log())
 
 
 @pytest.mark.parametrize("crane", [True, False])
@@ -143,6 +141,4 @@ def test_json_written_lift_by_lift_is_that_of_the_whole_document(crane: bool, or
     log = tiny_log(crane=crane).extract(orders)
     document, data = to_json(log), json_bytes(log)
     assert data == (json.dumps(document, ensure_ascii=False, indent=1) + "\n").encode()
-    wanted = format_for(Source.LOG, "json", None)
-    assert wanted is not None
-    assert messages_in(data, wanted) == sum(len(lift["samples"]["time_s"]) for lift in document["lifts"])
+    assert messages_in(data, "json") == sum(len(lift["samples"]["time_s"]) for lift in document["lifts"])

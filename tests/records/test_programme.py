@@ -17,7 +17,7 @@ from bimvox.errors import ConfigError
 from bimvox.log.dates import all_remarks, log_dates
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.programme import PERCENTILES, _WorkingDays, added_ns
-from bimvox.remarks.rules import LATE
+from bimvox.remarks.table import LATE
 from bimvox.rendering.report.page import programme
 from bimvox.rendering.report.record import record_of
 from bimvox.site.config.calendar import UncertaintyConfig
@@ -61,16 +61,16 @@ def test_tasks_are_late_by_working_days():
 
 def test_what_is_late_is_a_remark_and_a_row_of_the_report():
     log = log_with("2026-03-12 16:00")
-    (remark,) = (one for one in all_remarks(log) if one.kind == LATE)
+    (remark,) = (one for one in all_remarks(log) if one.kind == LATE.code)
     assert remark.text.startswith("1 of 1 tasks of the programme end later than it wants: Tower / Level 1 / ")
     assert remark.text.endswith("(1 working day)")
-    assert LATE not in [one.kind for one in log.remarks]
+    assert LATE.code not in [one.kind for one in log.remarks]
     record = record_of(dataclasses.replace(revision_of(log), dates=log_dates(log)))
     html = programme(record)
     assert "Programme: 1 task of 1 later than it wants" in html
     assert "Thu 12 Mar 2026 16:00" in html and "1 late" in html
     early = log_with("2026-04-30 16:00")
-    assert all(one.kind != LATE for one in all_remarks(early))
+    assert all(one.kind != LATE.code for one in all_remarks(early))
     assert "early" in programme(record_of(dataclasses.replace(revision_of(early), dates=log_dates(early))))
 
 
@@ -78,7 +78,7 @@ def test_what_is_late_is_a_remark_and_a_row_of_the_report():
 def test_without_dates_or_without_a_finish_nothing_is_late(site):
     log = log_with("", "", "", site=site)
     dates = log_dates(log)
-    assert all(one.kind != LATE for one in all_remarks(log))
+    assert all(one.kind != LATE.code for one in all_remarks(log))
     assert dates is None or [task.late_days for task in dates.programme] == [None] * 2
     assert programme(record_of(revision_of(log))) == ""
 

@@ -13,7 +13,7 @@ from turning_sites import BESIDE_THE_PORTAL, turning_site
 from bimvox.records.lift import ModelledClash
 from bimvox.remarks.conditions import conditions_of
 from bimvox.remarks.remarks import remarks_of
-from bimvox.remarks.rules import KEPT_HEADING
+from bimvox.remarks.table import KEPT_HEADING
 from bimvox.site.site import Rules, SwingRule
 
 PARTS = [(name, (2.0 * n + 2.0, 2.0, 0.0), (2.0 * n + 3.0, 3.0, 3.0)) for n, name in enumerate("abcde")]
@@ -56,6 +56,6 @@ def test_loads_that_turn_with_the_jib_and_those_without_room_are_said() -> None:
     assert said[0].startswith(f"{turning} of 4 loads turn with the jib: by 4")
     assert "by tag line above their places, 30 s a quarter" in said[0]
     assert said[1].startswith(f"people keep the heading of {4 - turning} loads without room to turn by tag line")
-    named = [one for one in remarks_of(plan, motions) if one.kind == KEPT_HEADING]
+    named = [one for one in remarks_of(plan, motions) if one.kind == KEPT_HEADING.code]
     assert len(named) == 4 - turning
     assert "beam" in {one.component for one in named}

@@ -13,7 +13,7 @@ from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.remarks.conditions import conditions_of
 from bimvox.remarks.remarks import remarks_of
-from bimvox.remarks.rules import LOW_WIND, SMALL_CLEARANCE
+from bimvox.remarks.table import LOW_WIND, SMALL_CLEARANCE
 from bimvox.site.lifting import governing_wind
 from bimvox.site.parts import sail_area_m2
 from bimvox.site.site import Rules
@@ -34,7 +34,7 @@ def test_a_part_that_permits_less_wind_than_the_default_waits_for_less(windy: Pl
     plan, motions = windy
     assert {lift.status for lift in plan.lifts} == {Status.PLANNED}
     assert verify_plan(plan).verified
-    (remark,) = (one for one in remarks_of(plan, motions) if one.kind == LOW_WIND)
+    (remark,) = (one for one in remarks_of(plan, motions) if one.kind == LOW_WIND.code)
     assert remark.component == "beam"
     governs = governing_wind(plan.site, plan.site.components)
     assert governs is not None
@@ -63,7 +63,7 @@ def test_a_lift_with_less_clearance_is_named(windy: Planned) -> None:
     rules = dataclasses.replace(plan.site.rules, transit_clearance_m=2.0, gives_way=("transit_clearance_m",))
     first = dataclasses.replace(plan.lifts[0], clearance_m=0.5)
     plan = dataclasses.replace(plan, site=dataclasses.replace(plan.site, rules=rules), lifts=(first, *plan.lifts[1:]))
-    (remark,) = (one for one in remarks_of(plan, motions) if one.kind == SMALL_CLEARANCE)
+    (remark,) = (one for one in remarks_of(plan, motions) if one.kind == SMALL_CLEARANCE.code)
     assert remark.component == plan.site.components[first.component].id
     assert remark.text == "in transit its load keeps 0.5 m, not 2 m: the planner found no way with more"
     assert any("keep less than the clearance in transit" in said for said in conditions_of(plan, motions))

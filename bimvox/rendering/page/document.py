@@ -17,6 +17,7 @@ from bimvox.grid.summed_area import boxes_of
 from bimvox.records.dates import PlanDates
 from bimvox.records.declared import LATER, Count, Maybe, Record, Several
 from bimvox.records.lift import Lift, Status, by_change
+from bimvox.records.proof import REMARK
 from bimvox.records.steps import Steps
 from bimvox.records.unloading import unloading_lifts
 from bimvox.rendering.colours import CLASSES, NO_GROUP, REMARKS, SHARES
@@ -26,11 +27,9 @@ from bimvox.rendering.page.lifts import (
     DELIVERY,
     LIFT,
     PROOF,
-    REMARK,
     UNLOADING,
     lift_record,
     proof_record,
-    remark_records,
 )
 from bimvox.rendering.page.motions import (
     ANGLE_STEPS_PER_RAD,
@@ -212,7 +211,7 @@ _REVISION = Record(
     ("proof", Maybe(PROOF), "The proof made for this page; null: none.", lambda it, _: proof_record(it)),
     ("verdict", _VERDICT, "The verdict.", lambda it, _: _VERDICT.of(it.verdict)),
     ("conditions", tuple[str, ...], "What the proof takes as given.", lambda it, _: list(it.conditions)),
-    ("remarks", Several(REMARK), "What a person should look at.", lambda it, _: remark_records(it)),
+    ("remarks", Several(REMARK), "What a person should look at.", lambda it, _: [one.to_dict() for one in it.remarks]),
     (
         "changes", Maybe(_CHANGES), "What it changes; null for the first.",
         lambda it, made: _changes(made.before, it) if made.before else None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -12,7 +13,7 @@ from bimvox.crane.load_chart import capacity_kg, utilisation
 from bimvox.records.declared import LATER, Count, Maybe, Number, Record, Several
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.motion import LiftMotion
-from bimvox.records.proof import Verification
+from bimvox.records.proof import CHECK, CLAIM
 from bimvox.records.steps import Step, needed_by_ns
 from bimvox.records.track import heading_in_words
 from bimvox.rendering.page.geometry import rounded
@@ -24,29 +25,28 @@ from bimvox.site.site import Site, names_by_id, with_names
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Shown:
-    """A lift with all that its record is made from."""
+class Shown:
+    """A lift of a plan, as a ``Revision`` or a ``PlanLog`` holds it, with all that its record is made from."""
 
-    revision: Revision
+    source: Any
     lift: Lift
     motion: LiftMotion | None
     step: Step | None
 
     @property
     def site(self) -> Site:
-        return self.revision.plan.site
+        """The site."""
+        return self.source.plan.site  # type: ignore[no-any-return]
 
     @property
     def component(self) -> Component:
+        """Its part."""
         return self.site.components[self.lift.component]
 
     @property
     def place(self) -> YardPlace | None:
+        """Its part's place in the yard."""
         return self.lift.place
-
-    @property
-    def proof(self) -> Verification | None:
-        return self.revision.proof
 
 
 _STEP = Record(
@@ -105,8 +105,8 @@ LIFT = Record(
     ("order", Count, "Its position in the sequence, from 0.", "lift.order"),
     ("part", Count, "Index in ``parts``.", "lift.component"),
     ("status", Literal["planned", "infeasible", "in_situ", "built", "by_hand"], "Its status.", "lift.status.value"),
-    ("carried", bool, "Whether the log carries it.", lambda it: any(it.lift is own for own in it.revision.plan.lifts)),
-    ("method", Maybe(str), "How its path was found.", lambda it: it.lift.method and it.lift.method.value),
+    ("carried", bool, "Whether the log carries it.", lambda it: any(it.lift is own for own in it.source.plan.lifts)),
+    ("method", Maybe(str), "How its path was found.", "lift.method.value"),
     ("moves", Maybe(Count), "Unit moves of its path.", "lift.moves"),
     ("shortest_moves", Maybe(Count), "The fewest possible.", "lift.shortest_moves"),
     (
@@ -120,20 +120,19 @@ LIFT = Record(
     ("by_other_means", bool, "Whether it counts as set by other means.", "lift.by_other_means"),
     (
         "needed_by_s", Maybe(float), "When such a part is needed, crane time.",
-        lambda it: _needed_by_s(it.revision, it.lift),
+        lambda it: _needed_by_s(it.source.motions, it.lift),
     ),
     (
         "elapsed_s", Maybe(float), "When it starts, elapsed time.",
-        lambda it: it.motion and it.revision.steps.starting_ns(it.motion.start_ns) / 1e9,
+        lambda it: it.motion and it.source.steps.starting_ns(it.motion.start_ns) / 1e9,
     ),
     ("step", Maybe(_STEP), "Its times, if the crane does not lift it.", lambda it: it.step and it.step.seconds()),
-    ("delivery", Maybe(Count), "Its delivery, from 0.", lambda it: it.place and it.place.delivery),
+    ("delivery", Maybe(Count), "Its delivery, from 0.", "place.delivery"),
     (
         "unloading", Maybe(UNLOADING), "How the crane unloads it; null if no place for trucks is known.", LATER, None,
     ),
     (
-        "stored", Maybe(Literal["as_built", "lying_x", "lying_y"]), "How it is stored.",
-        lambda it: it.place and it.place.pose.value,
+        "stored", Maybe(Literal["as_built", "lying_x", "lying_y"]), "How it is stored.", "place.pose.value",
     ),
     ("turn", Count, "Quarter turns of the stored part.", lambda it: it.place.turn if it.place else 0),
     (
@@ -157,18 +156,16 @@ LIFT = Record(
     (
         "proven", Maybe(bool), "Whether the proof holds for it; null without a proof or a path.",
         lambda it: (
-            None if it.proof is None or it.lift.path_vox is None else it.component.id not in it.proof.culprits
+            None if (proof := it.source.proof) is None or it.lift.path_vox is None
+            else it.component.id not in proof.culprits
         ),
     ),
     (
         "current", bool, "Whether it is proven against the current obstructions.",
-        lambda it: it.proof is None or it.component.id not in it.proof.not_current,
+        lambda it: it.source.proof is None or it.component.id not in it.source.proof.not_current,
     ),
-    ("duration_s", Maybe(float), "From pick to set.", lambda it: it.motion and it.motion.loaded.duration_s),
-    (
-        "bound_s", Maybe(float), "The synchronised point-to-point time.",
-        lambda it: it.motion and it.motion.loaded.bound_s,
-    ),
+    ("duration_s", Maybe(float), "From pick to set.", "motion.loaded.duration_s"),
+    ("bound_s", Maybe(float), "The synchronised point-to-point time.", "motion.loaded.bound_s"),
     (
         "samples", Maybe(Count), "Samples of its motion in the log.",
         lambda it: it.motion and len(it.motion.samples()[0]),
@@ -187,28 +184,14 @@ LIFT = Record(
 def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
     """Return the record of a lift, without its motion, which the caller adds."""
     motion = next((m for m in revision.motions if m.order == lift.order), None)
-    return LIFT.of(_Shown(revision, lift, motion, revision.steps.of_order.get(lift.order)))
+    return LIFT.of(Shown(revision, lift, motion, revision.steps.of_order.get(lift.order)))
 
 
-def _needed_by_s(revision: Revision, lift: Lift) -> float | None:
-    at_ns = needed_by_ns([lift], revision.motions).get(lift.order)
+def _needed_by_s(motions: Sequence[LiftMotion], lift: Lift) -> float | None:
+    at_ns = needed_by_ns([lift], motions).get(lift.order)
     return None if at_ns is None else at_ns / 1e9
 
 
-_CHECK = Record(
-    "PageCheck",
-    "A check of the proof.",
-    ("name", str, "Its name."),
-    ("passed", bool, "Whether it passed."),
-    ("samples", Count, "How many values it looked at."),
-    (
-        "worst", Maybe(float), "The worst of them.",
-        lambda check: None if check.worst is None or not np.isfinite(check.worst) else round(float(check.worst), 9),
-    ),
-    ("unit", str, "Its unit."),
-    ("failed", Count, "How many failed."),
-    ("failures", tuple[str, ...], "What failed, in words.", lambda check: list(check.failures)),
-)  # fmt: skip
 _NOT_CURRENT = Record(
     "PageNotCurrent",
     "A lift that is proven against earlier obstructions only.",
@@ -217,21 +200,13 @@ _NOT_CURRENT = Record(
     ("component", str, "Id of its part.", lambda _, part: part.id),
     ("name", str, "Name of its part.", lambda _, part: part.label),
 )
-_CLAIM = Record(
-    "PageClaim",
-    "What the log states and the proof has taken as true.",
-    ("name", str, "Its short stable name."),
-    ("text", str, "What is claimed."),
-    ("count", Maybe(int), "How many things it is about; without it, the whole plan.", None, None),
-    ("bind_with", Maybe(str), "The option of `bimvox verify` that proves it; null: none."),
-)
 PROOF = Record(
     "PageProof",
     "A proof.",
     ("verified", bool, "Whether every check passed."),
-    ("checks", Several(_CHECK), "Its checks."),
+    ("checks", Several(CHECK), "Its checks."),
     ("not_current", Several(_NOT_CURRENT), "Lifts that it proves against earlier obstructions only."),
-    ("claims", Several(_CLAIM), "What the log states and it has taken as true."),
+    ("claims", Several(CLAIM), "What the log states and it has taken as true."),
 )
 
 
@@ -246,26 +221,10 @@ def proof_record(revision: Revision) -> dict[str, Any] | None:
     parts = ((lift, components[lift.component]) for lift in revision.lifts)
     return PROOF.made(
         proof.verified,
-        [_CHECK.of(check) for check in proof.checks],
+        [CHECK.of(check) for check in proof.checks],
         [_NOT_CURRENT.of(lift, part) for lift, part in parts if part.id in proof.not_current],
-        [_CLAIM.of(claim) for claim in proof.claims],
+        [claim.to_dict() for claim in proof.claims],
     )
-
-
-REMARK = Record(
-    "PageRemark",
-    "A remark.",
-    ("kind", str, "Its rule."),
-    ("severity", Literal["serious", "minor", "note"], "How much it matters.", "severity.value"),
-    ("component", Maybe(str), "Id of its part; null: the whole plan."),
-    ("name", Maybe(str), "Name of its part."),
-    ("text", str, "The remark."),
-)
-
-
-def remark_records(revision: Revision) -> list[dict[str, Any]]:
-    """Return the remarks as ``bimvox verify --json`` gives them."""
-    return [REMARK.of(remark) for remark in revision.remarks]
 
 
 def _lifting(site: Site, component: Component) -> dict[str, Any]:

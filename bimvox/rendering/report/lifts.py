@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from bimvox.records.proof import Severity
@@ -13,21 +13,6 @@ from bimvox.rendering.words import PHASES, escape
 from bimvox.site.means import HOW
 from bimvox.units import clock
 
-_COLUMNS = (
-    "Lift",
-    "Part\nGlobalId",
-    "Pick point, hook\nx, y, z m; radius, slew",
-    "Set point, hook\nx, y, z m; radius, slew",
-    "Load\u00a0t\n+\u00a0rigging",
-    "Wind\u00a0up\u00a0to\nrig,\u00a0heading",
-    "Radius\u00a0m\ncapacity\u00a0t",
-    "Use\n%",
-    "Governing\nphase",
-    "Begins\nlasts",
-    "Carrying\nbound",
-    "Path\nmoves / fewest",
-    "Status\nremarks",
-)
 _WORDS = {
     "Load, radius, capacity, use": "those of the governing sample, the one of the whole lift at which load and rigging "
     "take the largest share of the capacity",
@@ -53,8 +38,13 @@ def lift_table(lifts: Iterable[dict[str, Any]], remarks: Iterable[dict[str, Any]
     about: dict[str | None, list[dict[str, Any]]] = {}
     for remark in remarks:
         about.setdefault(remark["component"], []).append(remark)
-    rows = [_row(lift, about.get(lift["id"], []), proof_made) for lift in lifts]
-    return table(_COLUMNS, rows, class_="lifts", caption=caption, id_="lifts")
+    rows = []
+    for lift in lifts:
+        classes = ["critical"] * lift["critical"] + ["bad"] * (lift["status"] == "infeasible")
+        cells = [cell(lift) for cell in _COLUMNS.values()]
+        cells.append(_status(lift, about.get(lift["id"], []), proof_made))
+        rows.append(row(cells, " ".join(classes), data_order=str(lift["order"])))
+    return table((*_COLUMNS, "Status\nremarks"), rows, class_="lifts", caption=caption, id_="lifts")
 
 
 def words_of_lifts(lifts: Iterable[dict[str, Any]]) -> str:
@@ -71,21 +61,9 @@ def critical_first(lifts: Sequence[dict[str, Any]], critical: Sequence[int]) -> 
     return [by_order[order] for order in critical] + [lift for lift in lifts if lift["order"] not in chosen]
 
 
-def _row(lift: dict[str, Any], remarks: Sequence[dict[str, Any]], proof_made: bool) -> str:
+def _part(lift: dict[str, Any]) -> str:
     crane = f", crane {lift['crane'] + 1}" if "crane" in lift else ""  # on a site with several
-    classes = ["critical"] * lift["critical"] + ["bad"] * (lift["status"] == "infeasible")
-    cells = [
-        number(lift["order"], str(lift["number"]), "order"),
-        f"<b>{escape(named(lift))}</b>{crane}<br>{tag('code', escape(lift['global_id']))}",
-        _hook(lift["pick"], "pick"),
-        _hook(lift["set"], "set"),
-        *_load(lift),
-        _times(lift),
-        _carrying(lift),
-        _path(lift),
-        _status(lift, remarks, proof_made),
-    ]
-    return row(cells, " ".join(classes), data_order=str(lift["order"]))
+    return f"<b>{escape(named(lift))}</b>{crane}<br>{tag('code', escape(lift['global_id']))}"
 
 
 def _hook(at: dict[str, Any] | None, which: str) -> str:
@@ -98,31 +76,36 @@ def _hook(at: dict[str, Any] | None, which: str) -> str:
     return f"{point}<br>{radius}, {slew}"
 
 
-def _load(lift: dict[str, Any]) -> list[str]:
-    governs = lift["governs"]
-    mass = number(lift["mass_kg"], tonnes(lift["mass_kg"]), "mass_kg")
-    if governs is None:
-        return [mass, *[number(None, "")] * 4]
-    used = governs["utilisation"]
-    mark = "▲ " if lift["critical"] else ""
-    phase = escape(PHASES.get(governs["phase"], governs["phase"])) if governs.get("phase") else ""
-    moment = number(governs["time_s"], clock(governs["time_s"]), "governing_time_s")
-    share = number(used, f"{mark}{fixed(used * 100, 1)}", "utilisation") if used is not None else f"{mark}beyond"
-    return [
-        f"{mass}<br>{number(governs['load_kg'], tonnes(governs['load_kg']), 'load_kg')}",
-        _wind(lift),
-        f"{number(governs['radius_m'], fixed(governs['radius_m'], 2), 'radius_m')}<br>"
-        f"{number(governs['capacity_kg'], tonnes(governs['capacity_kg']), 'capacity_kg')}",
-        share,
-        f"{moment}<br>{phase}",
-    ]
+def _load(lift: dict[str, Any]) -> str:
+    mass, governs = number(lift["mass_kg"], tonnes(lift["mass_kg"]), "mass_kg"), lift["governs"]
+    return f"{mass}<br>{number(governs['load_kg'], tonnes(governs['load_kg']), 'load_kg')}" if governs else mass
 
 
-def _wind(lift: dict[str, Any]) -> str:
+def _governed(cell: Callable[[dict[str, Any], dict[str, Any]], str]) -> Callable[[dict[str, Any]], str]:
+    """Return a cell that is a function of a lift and its governing sample, empty without one."""
+    return lambda lift: cell(lift, lift["governs"]) if lift["governs"] else number(None, "")
+
+
+def _wind(lift: dict[str, Any], _: dict[str, Any]) -> str:
     """Return the wind in which a part may be lifted, and what it hangs on."""
     speed = lift["lifting"]["permitted_wind_m_s"]
     hangs = ", ".join(filter(None, (f"rig {lift['rig']}" if lift["rig"] else "", lift["heading"])))
     return "<br>".join(filter(None, (number(speed, f"{speed:.1f} m/s", "permitted_wind_m_s"), escape(hangs))))
+
+
+def _capacity(_: dict[str, Any], governs: dict[str, Any]) -> str:
+    radius = number(governs["radius_m"], fixed(governs["radius_m"], 2), "radius_m")
+    return f"{radius}<br>{number(governs['capacity_kg'], tonnes(governs['capacity_kg']), 'capacity_kg')}"
+
+
+def _use(lift: dict[str, Any], governs: dict[str, Any]) -> str:
+    used, mark = governs["utilisation"], "▲ " if lift["critical"] else ""
+    return number(used, f"{mark}{fixed(used * 100, 1)}", "utilisation") if used is not None else f"{mark}beyond"
+
+
+def _moment(_: dict[str, Any], governs: dict[str, Any]) -> str:
+    phase = escape(PHASES.get(governs["phase"], governs["phase"])) if governs.get("phase") else ""
+    return f"{number(governs['time_s'], clock(governs['time_s']), 'governing_time_s')}<br>{phase}"
 
 
 def _times(lift: dict[str, Any]) -> str:
@@ -147,6 +130,23 @@ def _path(lift: dict[str, Any]) -> str:
     moves = number(lift["moves"], fixed(lift["moves"], 0), "moves")
     fewest = number(lift["shortest_moves"], fixed(lift["shortest_moves"] or 0, 0), "shortest_moves")
     return f"{escape(METHODS.get(lift['method'], lift['method'] or ''))}<br>{moves} / {fewest}"
+
+
+_COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
+    "Lift": lambda lift: number(lift["order"], str(lift["number"]), "order"),
+    "Part\nGlobalId": _part,
+    "Pick point, hook\nx, y, z m; radius, slew": lambda lift: _hook(lift["pick"], "pick"),
+    "Set point, hook\nx, y, z m; radius, slew": lambda lift: _hook(lift["set"], "set"),
+    "Load\u00a0t\n+\u00a0rigging": _load,
+    "Wind\u00a0up\u00a0to\nrig,\u00a0heading": _governed(_wind),
+    "Radius\u00a0m\ncapacity\u00a0t": _governed(_capacity),
+    "Use\n%": _governed(_use),
+    "Governing\nphase": _governed(_moment),
+    "Begins\nlasts": _times,
+    "Carrying\nbound": _carrying,
+    "Path\nmoves / fewest": _path,
+}
+"""Headings of the columns before the status, and their cells."""
 
 
 def _status(lift: dict[str, Any], remarks: Sequence[dict[str, Any]], proof_made: bool) -> str:

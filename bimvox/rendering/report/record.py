@@ -19,7 +19,7 @@ from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.steps import Steps, not_lifted_groups
 from bimvox.remarks.cranes import least_height_m
 from bimvox.remarks.subject import Subject
-from bimvox.rendering.page.lifts import lift_record, proof_record, remark_records
+from bimvox.rendering.page.lifts import lift_record, proof_record
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.rigging import gear_list, rigs_of
 from bimvox.rendering.report.site_plan import drawing_of
@@ -100,7 +100,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "verdict": revision.verdict.to_dict(),
         "conditions": list(revision.conditions),
         "proof": proof_record(revision),
-        "remarks": remark_records(revision),
+        "remarks": [remark.to_dict() for remark in revision.remarks],
         "inputs": _inputs_of(revision),
         "clashes": [
             {"first": c.first, "second": c.second, "depth_m": c.depth_m, "at_least": c.at_least}

@@ -1,0 +1,146 @@
+"""Every remark: its code, how much it matters, and its sentence; the rules next to it say when it is made."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from bimvox.records.proof import ASSUMED_KIND, Remark, Severity
+from bimvox.site.component import Component
+
+_SERIOUS, _MINOR, _NOTE = Severity
+
+
+class Row(NamedTuple):
+    """A sentence of a remark.
+
+    Attributes:
+        code: Short stable name of its rule, for programs; a rule may have several sentences.
+        severity: How much it matters.
+        sentence: Its text, with the names of what is filled in.
+    """
+
+    code: str
+    severity: Severity
+    sentence: str
+
+    def __call__(self, part: Component | None = None, **values: object) -> Remark:
+        """Return the remark about a part; None: about the whole plan."""
+        text = self.sentence.format(**values)
+        if part is None:
+            return Remark(self.code, self.severity, text)
+        return Remark(self.code, self.severity, text, part.id, part.name or part.id)
+
+
+# fmt: off
+# Cranes: machines of the catalogue, feet, loads.
+CRANE_GENERIC = Row("crane_generic", _NOTE,
+    "crane {crane!r} is a machine of the catalogue with typical data, not a manufacturer's product: its load chart "
+    "must be replaced by that of the machine on site")
+CRANE_FICTITIOUS = Row("crane_unknown", _SERIOUS,
+    "crane {crane!r} is fictitious, it does not exist: a machine scaled up by calculation ({data}); name a real "
+    "machine and give its load chart")
+CRANE_TOO_LARGE = Row("crane_unknown", _SERIOUS,
+    "crane {crane!r} lifts {moment:,.0f} tm, more than any tower crane ever built ({data})")
+CRANE_UNKNOWN = Row("crane_unknown", _MINOR,
+    "crane {crane!r} is not in the catalogue ({data}): check its data against the manufacturer's load chart")
+_ALTERED = "crane {crane!r} is not {known}{declared}: {differences}"
+CRANE_DOES_MORE = Row("crane_altered", _SERIOUS, _ALTERED)
+CRANE_ALTERED = Row("crane_altered", _MINOR, _ALTERED)
+MAST_MEETS = Row("crane_foot", _SERIOUS, "the mast of crane {crane!r} goes through {first}{more}")
+FOOT_OFF = Row("crane_foot", _SERIOUS,
+    "the foot of crane {crane!r} is {off:.1f} m {where} the ground there: give its height, or move it clear of the "
+    "excavation")
+FOOT_INSIDE = Row("crane_foot", _MINOR,
+    "crane {crane!r} stands inside the outline of the building: its mast must stay until the end, and its foundation "
+    "must fit between the parts")
+CARRIED_LOW = Row("carried_low", _MINOR, "is carried {gap} over {below}: {least} are usual")
+HIGH_UTILISATION = Row("high_utilisation", _MINOR, "uses {share:.0f} % of the capacity of crane {crane!r}")
+IF_CONCRETE = Row("doubtful_mass", _SERIOUS,
+    "is taken as {kind} ({why}); if it is concrete, it weighs {mass}, {share:.0f} % of the capacity of crane "
+    "{crane!r}: say what it is ([model] kinds)")
+DOUBTFUL_MASS = Row("doubtful_mass", _SERIOUS,
+    "uses {share:.0f} % of the capacity of crane {crane!r}, and its mass of {mass} is an assumption, which may be "
+    "{unsure:.0f} % too low: state its weight or material in the model")
+
+# Parts: what holds them, their mass, overlaps, ways by road, guides, racks.
+MANY_FLOAT = Row("floats", _SERIOUS,
+    "{count:,} parts float {foot} above the ground and touch only each other: foundations are missing in the model, "
+    "or [model] ground_m is too low")
+FLOATS = Row("floats", _SERIOUS, "floats {foot} above the ground: {neighbours}")
+HANGS = Row("hangs", _MINOR, "hangs: nothing is under it, it is held only by what it touches at its sides")
+UNHELD = Row("unheld", _SERIOUS, "is set before any part that could hold it")
+_WEIGHS = "weighs {mass}, {density} kg/m3 of what it encloses: {than}; check its mass"
+ODD_DENSITY = Row("density", _SERIOUS, _WEIGHS)
+UNUSUAL_DENSITY = Row("density", _MINOR, _WEIGHS)
+OVERLAP = Row("overlap", _SERIOUS, "is drawn {least}{depth:.0f} mm into {other}{more}")
+OVERLAP_ON_SITE = Row("overlap", _MINOR, OVERLAP.sentence + "; one of them is cut, cast or built on site")
+SMALL_OVERLAPS = Row("small_overlaps", _NOTE,
+    "parts overlap in the model by up to {depth:.0f} mm, and may do so when they are set: {count:,} pair{s}")
+NOT_BY_ROAD = Row("transport", _SERIOUS, "{what}: it cannot go by road in one piece")
+SPECIAL_TRANSPORT = Row("transport", _MINOR, "{what}: a special transport with a permit")
+HAND_LOAD = Row("hand_load", _MINOR,
+    "weighs {mass:.0f} kg: one person carries that, yet it has a crane lift of its own")
+BUNDLED = Row("hand_load", _MINOR, "weighs {mass:.0f} kg: such parts are lifted by the bundle, not one by one")
+GUIDED = Row("guided", _MINOR,
+    "reaches its place only if it is tilted by {tilt:.1f} degrees and held {aside:.2f} m aside, from {top:.1f} m "
+    "above it: one sling leg is adjustable")
+NO_RACK = Row("no_rack", _SERIOUS,
+    "stands in the yard without a rack: no room for one, or it is not along the cells; brace it there")
+
+# Rules that are looser than usual.
+NO_WIND = Row("wind", _MINOR, "no wind is considered: rules.wind_speed_m_s is 0")
+LITTLE_DRAG = Row("wind", _MINOR,
+    "the wind counts for less than on any part with edges: rules.drag_coefficient is {drag:g}")
+SLING_ANGLE = Row("sling_angle", _MINOR,
+    "two legs of a sling may spread by {angle:.0f} degrees (rules.sling_angle_rad); {most:.0f} degrees are usual at "
+    "most")
+NO_SWING = Row("swing", _SERIOUS,
+    'the swing of loads is not considered (rules.swing = "off"): they may hit something when they swing')
+NO_ROPE = Row("rope", _SERIOUS,
+    "the hoist rope is not considered (rules.rope = false): it may touch what is above a load")
+CONTACT_TOLERANCE = Row("tolerance", _MINOR,
+    "parts may be set {tolerance:.0f} mm into each other (rules.contact_tolerance_m); {most:.0f} mm is a usual limit")
+SUPPORT_GAP = Row("tolerance", _MINOR,
+    "a part counts as carried by what is up to {gap:.0f} mm below it (rules.support_gap_m)")
+SMALL_CLEARANCE = Row("small_clearance", _MINOR, "in transit {kept}: the planner found no way with more")
+KEPT_HEADING = Row("kept_heading", _MINOR, "keeps its heading by tag line: it has no room to turn with the jib")
+LOW_WIND = Row("low_wind", _MINOR,
+    "may be lifted in wind up to {most:.1f} m/s only: its sail area is {sail:.1f} m2; other lifts up to {other:g} "
+    "m/s")
+CREW_TIMES = Row("crew_times", _MINOR,
+    "{sling:g} s to attach the slings, {brace:g} s to align and brace a part and {release:g} s to take its slings "
+    "off are too short for a crew")
+CASTING_TIMES = Row("casting_times", _MINOR,
+    "{hours:g} hours of work for a cubic metre, {people:g} people at one part and {wait:g} hours until it carries "
+    "are not those of concrete ({work})")
+COORDINATES = Row("coordinates", _NOTE, "{note}")
+NONE_INSIDE = Row("outside", _SERIOUS, "{said}")
+OUTSIDE = Row("outside", _NOTE, "{count:,} obstruction{s} outside the site; nothing is planned around {them}")
+NOT_CURRENT = Row("not_current", _MINOR,
+    "its lift is proven against earlier obstructions only: it was set at {set_at}, before they became the current "
+    "ones at {since}")
+LATE = Row("late", _MINOR, "{late:,} of {count:,} tasks of the programme end later than it wants: {named}")
+
+# What is assumed.
+PLACED_TWICE = Row("placed_twice", _MINOR, "{note}")
+PLAN_NOTE = Row("plan_note", _NOTE, "{note}")
+ASSUMED_KINDS = Row(ASSUMED_KIND, _NOTE, "{said}")
+ASSUMED_MASS = Row("assumed_mass", _NOTE, "{count:,} of {lifted:,} parts have {said}")
+ASSUMED_CONTACT = Row("assumed_contact", _NOTE,
+    "neighbours may overlap by {tolerance:g} mm, and a part rests on what is up to {gap:g} mm below it")
+ASSUMED_GROUND = Row("assumed_ground", _NOTE, "{said}")
+TURNED_SITE = Row("assumed_heading", _NOTE, "the site frame is the model turned by {yaw:.2f} degrees")
+ASSUMED_RIGGING = Row("assumed_tackle", _NOTE,
+    "crane {crane!r}: every part hangs on the same rigging of {mass:g} kg, {high} high, and every lifting point "
+    "holds")
+ASSUMED_GEAR = Row("assumed_tackle", _NOTE,
+    "crane {crane!r}: gear is chosen for each part from a catalogue, whose fittings and lengths are partly assumed; "
+    "{points}; the empty hook carries {mass:g} kg of gear, {high} high")
+TURNS_WITH_JIB = Row("assumed_heading", _NOTE,
+    "a load turns with the jib as if it were fixed to it, and a crew turns it to its final heading above its place; "
+    "a load without room for that keeps its heading by tag line")
+HEADING_KEPT = Row("assumed_heading", _NOTE, "tag lines keep the heading of a load while the jib turns")
+ASSUMED_SWING = Row("assumed_swing", _NOTE, "a load swings like a point on its rope, without wind and without damping")
+ASSUMED_TIMES = Row("assumed_times", _NOTE,
+    "each lift ({work}) takes a crew {sling:g} s to sling, {tags}{trial:g} s of trial lift, {brace:g} s to align and "
+    "brace, and {release:g} s to take the slings off: nominal values, not measured")
