@@ -38,6 +38,10 @@ class _Key(NamedTuple):
     default: Any = ...
 
 
+class _Described(Table, use_attribute_docstrings=False):
+    """A table whose fields have their meanings; to look for these in source code takes seconds in a large process."""
+
+
 class Record:
     """A record of a document.
 
@@ -57,7 +61,7 @@ class Record:
         fields: dict[str, Any] = {
             key.name: (_type_of(key.type), Field(key.default, description=key.text)) for key in self._keys
         }
-        return create_model(self._name, __base__=Table, __doc__=self._about, **fields)
+        return create_model(self._name, __base__=_Described, __doc__=self._about, **fields)
 
     def of(self, *sources: Any) -> dict[str, Any]:
         """Return the record of what its fields are functions of."""
