@@ -142,7 +142,8 @@ class CranesUnderWay:
         self._planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
         everything = frozenset(lift.order for lift in plan.lifts)
         if self._is_as_it_was(plan):
-            return replace(draft, motions=dict(self.current.motions), written=everything)
+            moved = {order: versions[0] for order, versions in self.current.versions.items()}
+            return replace(draft, motions=dict(self.current.motions), moved=moved, written=everything)
         if not self.stops and self.current.held is None:
             self._look_ahead(plan)
         try:
