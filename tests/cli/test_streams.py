@@ -14,7 +14,7 @@ pytestmark = pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /d
 _NO_STDOUT = {">&-": "stdout is closed", "> /dev/full": "stdout cannot be written: no space left on device"}
 _NO_STDERR = ("2>&-", "2> /dev/full", "2>&- <&-")
 _RESULTS = ("--version", "schema site", "policy list --json")
-_ERRORS = ("inspect none.ifc", "inspect none.ifc --json", "nosuch")
+_ERRORS = ("nosuch", "nosuch --json", "inspect none.ifc", "inspect none.ifc --json")
 _MORE = (
     "--help",
     "plan --help",
@@ -48,7 +48,7 @@ def _slow(arguments: tuple[str, ...]) -> list[object]:
 
 
 @pytest.mark.parametrize("lost", _NO_STDOUT)
-@pytest.mark.parametrize("arguments", [*_RESULTS, *_slow(_MORE)])
+@pytest.mark.parametrize("arguments", [_RESULTS[0], *_slow((*_RESULTS[1:], *_MORE))])
 def test_a_result_that_cannot_be_printed_is_one_sentence(arguments: str, lost: str, tmp_path: Path) -> None:
     done = bimvox(f"{arguments} {lost}", tmp_path)
     assert done.returncode == 2
@@ -87,7 +87,7 @@ def test_a_reader_that_leaves_ends_it_quietly(arguments: str, reader: str, tmp_p
     assert done.stderr == ""
 
 
-@pytest.mark.parametrize("arguments", [_ERRORS[1], *_slow(_ERRORS)])
+@pytest.mark.parametrize("arguments", [_ERRORS[1], *_slow((_ERRORS[0], *_ERRORS[2:]))])
 @pytest.mark.parametrize("lost", ["| true", ">&-", "> /dev/full"])
 def test_an_error_keeps_its_own_sentence_and_code(arguments: str, lost: str, tmp_path: Path) -> None:
     done = bimvox(f"{arguments} {lost}", tmp_path)

@@ -220,16 +220,16 @@ def guided():
     return own, preparation, plan_and_prove(own, preparation, NO_POLICY, progress=QUIET)
 
 
-def test_any_number_of_processes_plans_the_same_guides(guided, two):
+@pytest.mark.parametrize("count", [pytest.param(2, marks=pytest.mark.slow), 3])
+def test_any_number_of_processes_plans_the_same_guides(guided, count):
     own, _, alone = guided
     assert sum(lift.guide is not None for lift in alone.plan.lifts) >= 10
-    with processes(3) as three:
-        for workers in (two, three):
-            own, preparation = prepared(own, QUIET, workers)
-            with workers.knowing(*constants_of(own, preparation)):
-                shared = plan_and_prove(own, preparation, NO_POLICY, progress=QUIET, workers=workers)
-            assert alike(alone, shared)
-            assert shared.verdict == alone.verdict
+    with processes(count) as workers:
+        own, preparation = prepared(own, QUIET, workers)
+        with workers.knowing(*constants_of(own, preparation)):
+            shared = plan_and_prove(own, preparation, NO_POLICY, progress=QUIET, workers=workers)
+        assert alike(alone, shared)
+        assert shared.verdict == alone.verdict
 
 
 @pytest.mark.parametrize("backward", [False, True])

@@ -116,6 +116,7 @@ def test_training_twice_with_one_seed_is_identical(lessons):
     assert network_to_bytes(again.network) != network_to_bytes(lessons[1].network)
 
 
+@pytest.mark.slow
 def test_the_papers_mode_learns_the_tiny_site():
     config = replace(SLOW, hidden=(32, 32), learning_rate=2e-3, test_every=500, budget=12_000, target_update=100)
     basic = initialize(TINY, config, seed=0)
