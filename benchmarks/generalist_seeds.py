@@ -103,10 +103,10 @@ def _table(out: Path, seeds: int, splits: dict[str, list[LiftProblem]]) -> str:
     for way in WAYS:
         for arm in TEACHER:
             of_arm = scores[arm][way]
-            cells = [_interval(of_arm), *(_interval(of_arm[[n]]) for n in rows)]
+            cells = [interval(of_arm), *(interval(of_arm[[n]]) for n in rows)]
             lines.append(f"| {arm} | {way} | {' | '.join(cells)} |")
         with_, without = (scores[arm][way] for arm in TEACHER)
-        cells = [_difference(with_, without), *(_difference(with_[[n]], without[[n]]) for n in rows)]
+        cells = [difference(with_, without), *(difference(with_[[n]], without[[n]]) for n in rows)]
         lines.append(f"| difference | {way} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
@@ -133,13 +133,13 @@ def interquartile_mean(*splits: Scores, axis: int = -1) -> Scores:
     return mean
 
 
-def _interval(scores: Scores) -> str:
+def interval(scores: Scores) -> str:
     """Return the interquartile mean of (splits, seeds) scores with its stratified 95 % interval."""
     low, high = _bounds(list(scores), interquartile_mean)
     return f"{interquartile_mean(*scores):.0%} ({100.0 * low:.0f}-{100.0 * high:.0f})"
 
 
-def _difference(ours: Scores, theirs: Scores) -> str:
+def difference(ours: Scores, theirs: Scores) -> str:
     """Return the same of a difference, in percentage points."""
 
     def difference(*samples: Scores, axis: int = -1) -> Scores:

@@ -104,7 +104,7 @@ def main() -> int:
         if options.json:
             with options.json.open("a") as stream:
                 stream.write(json.dumps(row) + "\n")
-    print("\n" + _summary(rows))
+    print("\n" + summary(rows))
     return 0
 
 
@@ -179,7 +179,7 @@ def _line(row: dict[str, Any]) -> str:
     ratios = [f"{_ratio(row, way):.1f}x" if "wall_s" in row[way] else "-" for way in WAYS[1:]]
     cpu = [f"{row[way]['cpu_s']:.2f}" if "wall_s" in row[way] else "-" for way in WAYS]
     reading = [f"{row[way]['read_cpu_s']:.2f}" if "wall_s" in row[way] else "-" for way in WAYS]
-    missing, different = _differences(row)
+    missing, different = differences(row)
     cells = sum(abs(one - other) or 1 for one, other in different)
     words = (row["file"], len(ours["cells"]), f"{ours['voxel_size_m']:g}", *times, *ratios, ", ".join(cpu))
     words += (", ".join(reading), missing, f"{len(different)} ({cells})")
@@ -190,14 +190,15 @@ def _ratio(row: dict[str, Any], way: str, key: str = "wall_s") -> float:
     return float(row[way][key] / row["ours"][key])
 
 
-def _differences(row: dict[str, Any]) -> tuple[int, list[tuple[int, int]]]:
+def differences(row: dict[str, Any]) -> tuple[int, list[tuple[int, int]]]:
     """Return the number of parts that we miss, and (our cells, their cells) of each different part."""
     ours, theirs = row["ours"]["cells"], row["loop"].get("cells", {})
     missing = len(set(theirs) - set(ours))
     return missing, [(ours[key][0], theirs[key][0]) for key in theirs if key in ours and ours[key] != theirs[key]]
 
 
-def _summary(rows: list[dict[str, Any]]) -> str:
+def summary(rows: list[dict[str, Any]]) -> str:
+    """Return, for each other way, how much longer it takes and how many parts have the same cells."""
     lines = []
     for way in WAYS[1:]:
         both = [row for row in rows if "wall_s" in row["ours"] and "wall_s" in row[way]]
@@ -210,7 +211,7 @@ def _summary(rows: list[dict[str, Any]]) -> str:
             told.append(f"{name} time median {statistics.median(ratios):.1f}x, of the sum {total:.1f}x")
             told[-1] += f" ({ratios[0]:.1f} to {ratios[-1]:.1f})"
         lines.append(f"Faster than the {way}, {len(both)} files: {'; '.join(told)}.")
-    found = [_differences(row) for row in rows if "cells" in row["ours"] and "cells" in row["loop"]]
+    found = [differences(row) for row in rows if "cells" in row["ours"] and "cells" in row["loop"]]
     parts = sum(len(row["loop"]["cells"]) for row in rows if "cells" in row["ours"] and "cells" in row["loop"])
     different = sum(len(pairs) for _, pairs in found)
     missing = sum(count for count, _ in found)

@@ -89,7 +89,7 @@ def run_file(path: Path, label: str, options: argparse.Namespace) -> dict[str, A
             "bytes": path.stat().st_size,
             "wall_s": round(wall_s, 2),
             "peak_mb": round(peak_mb),
-            **_judged(_status(process) or 0, text, complaint, options.timeout if late else None),
+            **judged(_status(process) or 0, text, complaint, options.timeout if late else None),
         }
         files = sorted(item.name for item in out.iterdir())
         if row["outcome"] == "grid" and files != ["grid.zarr.zip"]:
@@ -118,7 +118,7 @@ def _voxelize(arguments: list[str], folder: str, mark: str) -> None:
     raise SystemExit(code)
 
 
-def _judged(code: int, text: str, complaint: str, timeout_s: float | None) -> dict[str, Any]:
+def judged(code: int, text: str, complaint: str, timeout_s: float | None) -> dict[str, Any]:
     """Return the outcome of one run and its message."""
     if timeout_s is not None:
         return {"outcome": "DEFECT", "why": f"not done after {timeout_s:g} s"}

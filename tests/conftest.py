@@ -3,6 +3,7 @@ import os
 # One worker of the tests a core: further threads of a library would only wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import gc
 from collections.abc import Iterator
 
 import pytest
@@ -12,6 +13,12 @@ from warm_worker import start_warm
 # Time limits are not tests: compilation or a busy machine would make them fail at random.
 settings.register_profile("bimvox", deadline=None)
 settings.load_profile("bimvox")
+
+
+def pytest_collection_finish() -> None:
+    """Leave what is loaded by now out of every later collection of garbage."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session", autouse=True)

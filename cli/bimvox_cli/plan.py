@@ -116,7 +116,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
     planned = [lift for lift in lifts if lift["status"] == "planned"]
     names = {lift["component"]: part_name(lift["component"], lift["name"], lift["ifc_class"]) for lift in lifts}
     others = sum(item["by_other_means"] for item in document["infeasible"])
-    console.print(_first_line(document, len(planned), others))
+    console.print(first_line(document, len(planned), others))
     console.print()
     rows(
         console,
@@ -192,7 +192,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
     )
 
 
-def _first_line(document: Mapping[str, Any], planned: int, others: int) -> Text:
+def first_line(document: Mapping[str, Any], planned: int, others: int) -> Text:
     """Return the verdict with what a reader must know first: what is not planned, and which kinds are assumed.
 
     It names the parts that the crane carries, so that `init` counts them, and that are refused nevertheless.

@@ -114,7 +114,7 @@ def watch(
             planned = True
             code = failure.exit_code_of(change)
             if not shown.show(change, output):
-                output.line(change, _line(change))
+                output.line(change, line_of(change))
     except KeyboardInterrupt:
         # Interrupted while a change was being shown: this ends the watch like any other interrupt.
         if once or traffic or not planned:
@@ -142,7 +142,7 @@ class _Shown:
 
             output.progress.finish()
             self._table = WatchTable(console_on(sys.stdout), self._name)
-        self._table.show(change, _line(change))
+        self._table.show(change, line_of(change))
         return True
 
     def close(self) -> None:
@@ -150,7 +150,7 @@ class _Shown:
             self._table.close()
 
 
-def _line(change: Mapping[str, Any]) -> str:
+def line_of(change: Mapping[str, Any]) -> str:
     """Return a change as one line."""
     if change["event"] == "state":
         return f"{change['time_s']:,.0f} s: {change['component']} is {change['state']}"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.generalist import BARE, measure
-from benchmarks.generalist_seeds import _difference, _interval, interquartile_mean
+from benchmarks.generalist_seeds import difference, interquartile_mean, interval
 from benchmarks.rates import rate
 from bimvox.env.guard import is_lost
 from bimvox.planning.rollout import GREEDY
@@ -20,8 +20,8 @@ def test_a_rate_has_its_exact_interval():
 
 def test_an_interquartile_mean_leaves_out_the_outer_quarters():
     assert interquartile_mean(np.array([0.0, 0.5, 0.5]), np.array([0.7, 1.0])) == pytest.approx(1.7 / 3)
-    assert _interval(np.full((3, 5), 0.5)) == "50% (50-50)"
-    assert _difference(np.full((2, 5), 0.75), np.full((2, 5), 0.5)) == "+25 (+25 to +25)"
+    assert interval(np.full((3, 5), 0.5)) == "50% (50-50)"
+    assert difference(np.full((2, 5), 0.75), np.full((2, 5), 0.5)) == "+25 (+25 to +25)"
 
 
 def test_out_of_a_spiral_greedy_values_need_the_guard():

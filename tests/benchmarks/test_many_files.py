@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.kernels import _differences, _summary
-from benchmarks.many_files import _judged, summary
+from benchmarks import kernels
+from benchmarks.many_files import judged, summary
 
 ROOT = Path(__file__).parents[2]
 FRAME = ROOT / "sample_models" / "frame.ifc"
@@ -46,7 +46,7 @@ def test_a_folder_of_good_and_bad_files(tmp_path: Path) -> None:
     ],
 )
 def test_what_counts_as_a_defect(code: int, said: str, complained: str, late_s: float | None, why: str) -> None:
-    row = _judged(code, said, complained, late_s)
+    row = judged(code, said, complained, late_s)
     assert row["outcome"] == "DEFECT"
     assert why in row["why"]
     assert "DEFECT a.ifc" in summary([{"file": "a.ifc", "wall_s": 1.0, "peak_mb": 1, **row}])
@@ -56,6 +56,6 @@ def test_parts_are_compared_by_their_cells() -> None:
     ours = {"wall_s": 1.0, "cpu_s": 1.0, "cells": {"a": (5, "x"), "b": (6, "y")}}
     loop = {"wall_s": 4.0, "cpu_s": 3.0, "cells": {"a": (5, "x"), "b": (7, "z"), "c": (1, "w")}}
     row = {"file": "a.ifc", "ours": ours, "loop": loop, "iterator": {"why": "not done"}}
-    assert _differences(row) == (1, [(6, 7)])
-    assert "wall time median 4.0x" in _summary([row])
-    assert "same cells: 1 of 3; 1 missing" in _summary([row])
+    assert kernels.differences(row) == (1, [(6, 7)])
+    assert "wall time median 4.0x" in kernels.summary([row])
+    assert "same cells: 1 of 3; 1 missing" in kernels.summary([row])

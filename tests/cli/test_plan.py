@@ -1,6 +1,6 @@
 """What the summary of a plan says."""
 
-from bimvox_cli.plan import _first_line, figure_fields
+from bimvox_cli.plan import figure_fields, first_line
 
 FIGURES = {
     "planned": 2,
@@ -24,9 +24,9 @@ def test_the_first_line_names_what_the_crane_carries_and_is_refused_nevertheless
     refused = {"name": "Stair 2", "component": "2O2", "is_carried": True}
     heavy = {"name": "Block", "component": "2O3", "is_carried": False}
     document = {"verified": True, "remarks": [], "infeasible": [refused, heavy]}
-    said = str(_first_line(document, 28, 0))
+    said = str(first_line(document, 28, 0))
     assert said.startswith("28 of 30 lifts planned")
     assert "the crane carries 29" in said
     assert "Stair 2" in said
     assert "Block" not in said
-    assert "carries" not in str(_first_line(document | {"infeasible": [heavy]}, 28, 0))
+    assert "carries" not in str(first_line(document | {"infeasible": [heavy]}, 28, 0))

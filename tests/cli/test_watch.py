@@ -1,7 +1,7 @@
 import pytest
 from bimvox_cli import watch as command
 from bimvox_cli.main import run
-from bimvox_cli.watch import _line
+from bimvox_cli.watch import line_of
 
 CHANGE = {
     "event": "replanned",
@@ -20,31 +20,31 @@ CHANGE = {
 
 def test_a_line_names_what_cannot_be_lifted_and_why():
     said = "revision 3: replanned, 1,234 cells changed, 2 kept, 1 replanned, 2 infeasible (e by truck; f), 41 ms"
-    assert _line(CHANGE) == said
+    assert line_of(CHANGE) == said
 
 
 def test_a_line_names_a_few_and_counts_the_rest():
     blocked = [{"component": f"p{n}", "reason": "", "blocked_by": [], "blocked_by_names": []} for n in range(9)]
-    assert "9 infeasible (p0; p1; p2 and 6 more)" in _line(
+    assert "9 infeasible (p0; p1; p2 and 6 more)" in line_of(
         CHANGE | {"infeasible": [one["component"] for one in blocked], "blocked": blocked}
     )
 
 
 def test_a_line_counts_the_remarks_about_a_first_plan():
     counts = {"serious": 1, "minor": 2, "note": 5}
-    assert _line(CHANGE | {"remarks": counts}).endswith("41 ms, 3 remarks (1 serious)")
+    assert line_of(CHANGE | {"remarks": counts}).endswith("41 ms, 3 remarks (1 serious)")
 
 
 def test_a_line_says_which_infeasible_lifts_are_set_by_other_means():
     one, other = CHANGE["blocked"]
     both = CHANGE | {"blocked": [one | {"by_other_means": True}, other | {"by_other_means": True}]}
-    assert "1 replanned, 2 by other means (e by truck; f), 41 ms" in _line(both)
+    assert "1 replanned, 2 by other means (e by truck; f), 41 ms" in line_of(both)
     first = CHANGE | {"blocked": [one | {"by_other_means": True}, other]}
-    assert "2 infeasible, 1 of them by other means (e by truck; f)" in _line(first)
+    assert "2 infeasible, 1 of them by other means (e by truck; f)" in line_of(first)
 
 
 def test_a_line_without_infeasible_lifts_names_none():
-    assert "0 infeasible, 41 ms" in _line(CHANGE | {"infeasible": [], "blocked": []})
+    assert "0 infeasible, 41 ms" in line_of(CHANGE | {"infeasible": [], "blocked": []})
 
 
 def test_the_lines_about_traffic_say_what_happened_and_whether_it_is_proven():
@@ -67,19 +67,19 @@ def test_the_lines_about_traffic_say_what_happened_and_whether_it_is_proven():
         "verified": True,
         "failures": [],
     }
-    lines = _line(change).splitlines()
+    lines = line_of(change).splitlines()
     assert lines[0] == "traffic: random, medium, seed 7; a rule"
     assert "5 of 6 lifts delivered in 5,854 s, 1,656 s lost; 2 at another place" in lines[1]
     assert "7 stops with a load, 3 waits; others waited for 262 s" in lines[2]
     assert "0 times somebody under a suspended load (nobody nearer than 0.33 m); proven" in lines[3]
     bad = change | {"verified": False, "failures": ["others: crew 1"], "least_distance_m": None}
-    assert _line(bad).splitlines()[3].endswith("(nobody near); not proven: others: crew 1")
+    assert line_of(bad).splitlines()[3].endswith("(nobody near); not proven: others: crew 1")
 
 
 @pytest.mark.parametrize("event", ["rejected", "missing", "failed"])
 def test_a_line_about_a_plan_that_stays_counts_no_lifts(event):
     change = CHANGE | {"event": event, "changed_cells": 0, "retimed": ["a"], "message": "the last good plan stands"}
-    assert _line(change) == f"revision 3: {event}, 41 ms: the last good plan stands"
+    assert line_of(change) == f"revision 3: {event}, 41 ms: the last good plan stands"
 
 
 @pytest.mark.parametrize(("shown", "code"), [(0, 130), (1, 0)])

@@ -66,12 +66,14 @@ def test_the_helper_starts_when_a_second_kernel_is_compiled_and_ends_with_its_ac
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     started: list[tuple[str, ...]] = []
+    processes: list[subprocess.Popen[bytes]] = []
     waits = [sys.executable, "-c", "import time; time.sleep(600)"]
 
     def start(*act: str, forwards: bool) -> subprocess.Popen[bytes]:
         assert not forwards
         started.append(act)
-        return subprocess.Popen(waits)
+        processes.append(subprocess.Popen(waits))
+        return processes[-1]
 
     monkeypatch.setattr("bimvox_pipeline.warm_up._started", start)
     monkeypatch.setattr("bimvox_pipeline.warm_up.processors", lambda: 2)
@@ -82,9 +84,8 @@ def test_the_helper_starts_when_a_second_kernel_is_compiled_and_ends_with_its_ac
     helper.compiling(6, True)
     helper.compiling(7, True)
     assert started == [("voxelize",)]
-    assert helper._worker is not None
     helper.end()
-    assert helper._worker.returncode is not None
+    assert [one.returncode is not None for one in processes] == [True]
 
 
 @pytest.mark.slow

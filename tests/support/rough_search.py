@@ -1,12 +1,11 @@
-"""A search for set-ups that times few lifts and reads a model once: for tests of what becomes of a choice."""
+"""Searches for set-ups that time few lifts, and models that are read once: for tests of what becomes of them."""
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
 
 import pytest
-from bimvox_pipeline.studio import opened
+from bimvox_pipeline.studio import opened, saving
 
 from bimvox.bim.building import Building
 from bimvox.bim.read import ReadOptions, read_building
@@ -27,15 +26,19 @@ def time_few_lifts(patched: pytest.MonkeyPatch) -> None:
 
 def read_once(patched: pytest.MonkeyPatch) -> None:
     """Read each model once in a process of the tests, as :func:`read_model`, as long as the patch lasts."""
-    for module in (site, opened):
+    for module in (site, opened, saving):
         patched.setattr(module, "read_building", read_model)
 
 
 def read_model(path: Path, options: ReadOptions | None = None, _: Report | None = None) -> Building:
-    """Return a model, read once in a process of the tests: reading one starts a process of its own."""
-    return _read(path.read_bytes(), path, options or ReadOptions())
+    """Return a model; an IFC file is read once in a process of the tests: reading one starts a process of its own."""
+    if path.suffix.lower() != ".ifc":  # a mesh file may name others
+        return read_building(path, options)
+    content = path.read_bytes()
+    known = content, path.name, options or ReadOptions()
+    if known not in _READ:
+        _READ[known] = read_building(path, options)
+    return _READ[known]
 
 
-@cache
-def _read(_: bytes, path: Path, options: ReadOptions) -> Building:
-    return read_building(path, options)
+_READ: dict[tuple[bytes, str, ReadOptions], Building] = {}

@@ -57,6 +57,11 @@ def watcher(parts, site_folder) -> Watcher:
     return watcher_in(site_folder, parts)
 
 
+def log_of(watcher: Watcher) -> Path:
+    """Return the whole log."""
+    return watcher.file.parent / "frame.mcap"
+
+
 def watcher_in(folder: Path, parts: tuple[Any, Any, Any]) -> Watcher:
     loaded, preparation, policy = parts
     file = folder / "obstructions.json"
@@ -139,7 +144,7 @@ def test_a_change_that_affects_nothing_is_its_own_revision(watcher):
     assert segment.plan.lifts == ()
     assert_proves_nothing_else(Path(document["segment"]))
     watcher.close()
-    assert verify(watcher._plan.target, progress=SilentProgress())["verified"]
+    assert verify(log_of(watcher), progress=SilentProgress())["verified"]
 
 
 def test_after_a_kill_the_newest_plan_comes_from_the_segments(watcher, parts):
@@ -148,7 +153,7 @@ def test_after_a_kill_the_newest_plan_comes_from_the_segments(watcher, parts):
         put(watcher, box_on(watcher, number))
         change(watcher)
     watcher._whole.hold()  # killed before the whole log was written
-    assert read_log(watcher._plan.target).revision == 0
+    assert read_log(log_of(watcher)).revision == 0
     again = watcher_in(watcher.file.parent, parts)
     (document,) = again.take_up(state_of(again.file))
     assert document["event"] == "unchanged"
@@ -157,9 +162,9 @@ def test_after_a_kill_the_newest_plan_comes_from_the_segments(watcher, parts):
     for one, other in zip(again.current.plan.lifts, watcher.current.plan.lifts, strict=True):
         assert (one.path_vox == other.path_vox).all()
     again.close()
-    whole = read_log(again._plan.target)
+    whole = read_log(log_of(again))
     assert whole.revision == watcher.revision
-    assert verify(again._plan.target, progress=SilentProgress())["verified"]
+    assert verify(log_of(again), progress=SilentProgress())["verified"]
     assert [m.end_ns for m in whole.motions] == [m.end_ns for m in watcher.current.chain]
 
 
@@ -181,10 +186,10 @@ def test_the_page_of_a_watched_plan_has_every_revision_whole(watcher):
         return Opened(out.read_bytes()).document["revisions"]
 
     # The page is newer than the whole log.
-    ahead = revisions(watcher._plan.target)
+    ahead = revisions(log_of(watcher))
     assert [r["number"] for r in ahead] == [0, 1, 2]
     watcher.close()
-    found = revisions(watcher._plan.target)
+    found = revisions(log_of(watcher))
     assert [r["number"] for r in found] == [0, 1, 2]
     assert [r["carried"] for r in found] == [count] * 3
     assert all(r["proof"]["verified"] for r in found)
@@ -194,18 +199,18 @@ def test_the_page_of_a_watched_plan_has_every_revision_whole(watcher):
         for lift in revision["lifts"]:
             assert (lift["motion"] is not None) == (lift["status"] == "planned")
     # Page and report of a segment are those of the whole plan after it.
-    segment = segment_file(watcher._plan.target, 1)
+    segment = segment_file(log_of(watcher), 1)
     assert [r["carried"] for r in revisions(segment)] == [count] * 2
     record = report(segment, segment.with_suffix(".html"), pictures=0, progress=SilentProgress())["record"]
     assert len(record["lifts"]) == count
     assert record["proof"]["verified"]
     # Later segments that depend on a damaged one are left out.
     segment.write_bytes(segment.read_bytes()[:500])
-    assert [r["number"] for r in revisions(watcher._plan.target)] == [0, 2]
+    assert [r["number"] for r in revisions(log_of(watcher))] == [0, 2]
 
 
 def test_a_plan_on_disk_whose_proof_fails_is_not_continued(watcher):
-    target = watcher._plan.target
+    target = log_of(watcher)
     told: list[str] = []
     record = read_log(target)
     (lift, *rest), way = record.plan.lifts, record.plan.lifts[0].path_vox
@@ -222,7 +227,7 @@ def test_a_plan_on_disk_whose_proof_fails_is_not_continued(watcher):
 
 
 def test_a_plan_on_disk_of_another_site_under_the_same_digest_is_not_continued(watcher):
-    target, record = watcher._plan.target, read_log(watcher._plan.target)
+    target, record = log_of(watcher), read_log(log_of(watcher))
     (crane,) = record.plan.site.cranes
     stronger = replace(crane, chart=replace(crane.chart, capacity_kg=tuple(9.0 * kg for kg in crane.chart.capacity_kg)))
     site = replace(record.plan.site, cranes=(stronger,))
@@ -243,7 +248,7 @@ def test_without_the_whole_log_or_with_a_damaged_segment_the_sound_rest_is_resum
         put(watcher, box_on(watcher, number))
         change(watcher)
     watcher._whole.hold()  # on a busy machine it is written before the segments are read
-    digest, target = watcher.current.plan.site.fixed_digest, watcher._plan.target
+    digest, target = watcher.current.plan.site.fixed_digest, log_of(watcher)
     segments = segments_on_disk(target)
     newest = read_newest(target, digest, SilentProgress())
     assert newest.behind
@@ -266,7 +271,7 @@ def test_segments_of_an_earlier_plan_are_not_confused_with_those_of_a_new_one(wa
     put(watcher, box_on(watcher, 7))
     change(watcher)
     watcher._whole.hold()  # killed before the whole log was written
-    target = watcher._plan.target
+    target = log_of(watcher)
     first = read_log(target)
     lost = first.plan.lifts[-1]
     unplanned = replace(
@@ -372,7 +377,7 @@ def test_many_lifts_come_in_segments_the_first_lifts_first(watcher, monkeypatch)
     for document in documents:
         assert verify(Path(document["segment"]), progress=SilentProgress())["verified"]
     watcher.close()
-    assert verify(watcher._plan.target, progress=SilentProgress())["verified"]
+    assert verify(log_of(watcher), progress=SilentProgress())["verified"]
 
 
 def test_a_newer_change_goes_first_and_nothing_is_forgotten(watcher, monkeypatch):
@@ -390,7 +395,7 @@ def test_a_newer_change_goes_first_and_nothing_is_forgotten(watcher, monkeypatch
     documents = change(watcher)
     assert not documents[-1]["pending"]
     watcher.close()
-    assert verify(watcher._plan.target, progress=SilentProgress())["verified"]
+    assert verify(log_of(watcher), progress=SilentProgress())["verified"]
 
 
 def test_warming_up_changes_nothing(watcher):
@@ -450,7 +455,7 @@ def test_first_references_to_files_are_not_separate_changes(watcher):
 
 def test_segments_are_next_to_a_log_that_is_a_link_and_are_found_again(watcher, parts):
     """The whole log is written to the target of the link, the segments next to the given name."""
-    target = watcher._plan.target
+    target = log_of(watcher)
     elsewhere = target.parent / "elsewhere"
     elsewhere.mkdir()
     target.rename(elsewhere / target.name)
@@ -584,7 +589,7 @@ def test_obstructions_everywhere_make_every_lift_infeasible_and_none_afterwards(
     assert document["infeasible"] == []
     assert len(document["replanned"]) == len(watcher.current.plan.lifts)
     watcher.close()
-    assert verify(watcher._plan.target, progress=SilentProgress())["verified"]
+    assert verify(log_of(watcher), progress=SilentProgress())["verified"]
 
 
 def test_a_whole_watch_ends_well_and_leaves_the_newest_log(watcher):
@@ -606,7 +611,7 @@ def test_a_whole_watch_ends_well_and_leaves_the_newest_log(watcher):
     stop.set()
     thread.join(timeout=60.0)
     assert not thread.is_alive()
-    assert read_log(watcher._plan.target).revision == watcher.revision == 1
+    assert read_log(log_of(watcher)).revision == watcher.revision == 1
 
 
 def test_polling_sees_every_content(tmp_path):
@@ -717,7 +722,7 @@ def test_retraining_runs_in_parallel_and_its_path_is_used_if_not_longer(watcher,
     assert verify(Path(told["segment"]), progress=SilentProgress())["verified"]
     assert change(watcher)[-1]["event"] == "unchanged"
     watcher.close()
-    assert read_log(watcher._plan.target).revision == watcher.revision
+    assert read_log(log_of(watcher)).revision == watcher.revision
 
 
 def method_of(watcher: Watcher, name: str) -> str:

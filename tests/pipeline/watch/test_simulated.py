@@ -135,7 +135,7 @@ def test_a_load_in_the_air_is_stopped_and_the_segment_proves_it(simulated):
     (event,) = [event for event in read_log(segment).events if event.kind == "stop"]
     assert event.fields["how"] == stopped["how"]
     simulated.watcher.close()
-    whole = simulated.watcher._plan.target
+    whole = simulated.target
     assert verify(whole, progress=SilentProgress())["verified"]
     assert len(read_log(whole).plan.history) == 1
 
