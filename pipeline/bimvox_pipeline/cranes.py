@@ -13,15 +13,9 @@ if TYPE_CHECKING:
 
 
 def cranes(site: Path | None, *, crane: str | None = None, progress: Progress) -> dict[str, Any]:
-    """Compare the machines of the catalogue, on a site or by themselves.
+    """Compare the machines of the catalogue on a site, or list them; return the document of ``bimvox cranes --json``.
 
-    Args:
-        site: The site file; None lists the machines.
-        crane: A kind of crane, or a machine of the catalogue; default: all machines.
-        progress: Receives the stages.
-
-    Returns:
-        The document of ``bimvox cranes --json``.
+    ``crane`` is a kind of crane, or a machine of the catalogue; default: all machines.
 
     Raises:
         ConfigError: If the site file is wrong.

@@ -31,7 +31,7 @@ def export(
     start: str | None = None,
     progress: Progress,
 ) -> dict[str, Any]:
-    """Write a log, some of its lifts, or a grid in another format.
+    """Write a log, some of its lifts, or a grid in another format, and return the document of ``export --json``.
 
     CSV is three tables: the samples in ``OUT.csv``, one row per lift in ``OUT.lifts.csv``, and each truck in
     ``OUT.deliveries.csv``.
@@ -40,14 +40,11 @@ def export(
         source: The log or grid.
         to: A format's name; if None, the suffix of ``out`` decides, otherwise the default: ``mcap`` or ``vti``.
         lifts: Lift numbers from 1, component ids, GlobalIds or names; none means all.
-        out: The output; default: the log's name with another suffix, in the current folder.
+        out: The output; default: the source's name with another suffix, in the current folder.
         recover: Save what a truncated or damaged log still holds.
         model: The IFC file that the plan was made from; needed for ``ifc`` alone.
         start: Local date and time from which on work is done; None takes the site file's ``[calendar] start``.
         progress: Receives the stages.
-
-    Returns:
-        The document of ``bimvox export --json``.
     """
     from bimvox.library.export import check_targets, tables_of, write_lifts
     from bimvox.log.plan_log import chosen_lifts
@@ -157,13 +154,7 @@ def _read(source: Path, recover: bool) -> tuple[PlanLog, tuple[str, ...]]:
 
 
 def _export_grid(source: Path, wanted: Format, out: Path | None, progress: Progress) -> dict[str, Any]:
-    """Write a grid in another format, and return the document of ``bimvox export --json``.
-
-    ``out`` defaults to the grid's name with another suffix, in the current folder.
-
-    Raises:
-        InputError: If the grid or the output cannot be used; nothing is written then.
-    """
+    """Write a grid in another format, and return the document of ``bimvox export --json``."""
     from bimvox.grid.storage import read_grid
     from bimvox.library.export import write_grid
 
@@ -190,11 +181,7 @@ def _export_grid(source: Path, wanted: Format, out: Path | None, progress: Progr
 
 
 def _parsed_begin(text: str | None) -> datetime | None:
-    """Return the start of the schedule; None if none is given.
-
-    Raises:
-        InputError: If the text is not a local date and time.
-    """
+    """Return a local date and time from the command line; None if none is given."""
     if text is None:
         return None
     try:

@@ -40,16 +40,9 @@ def run_paper(
 ) -> dict[str, Any]:
     """Run the missing jobs of the paper's experiments, and write results, curves, pictures and the report.
 
-    Args:
-        folder: The output folder; created if missing. Results of an earlier run in it are kept.
-        seeds: Number of runs of everything.
-        modes: Of ``ALL_MODES``.
-        processes: Number of jobs in parallel.
-        quick: Use tiny budgets.
-        progress: Receives every job.
-
-    Returns:
-        The document of ``bimvox experiment paper --json``: the results, and ``out, report, pictures, seconds``.
+    ``seeds`` is the number of runs of everything, ``modes`` are of ``ALL_MODES``, ``processes`` is the number of jobs
+    in parallel, and ``quick`` uses tiny budgets. Results of an earlier run in the folder are kept. Returns the document
+    of ``bimvox experiment paper --json``.
 
     Raises:
         InputError: If the folder cannot be used.
@@ -75,19 +68,10 @@ def run_paper(
     }
 
 
-# Running the whole experiment.
-
-
 def run_experiment(
     folder: Path, *, settings: PaperSettings, processes: int = 2, progress: Progress
 ) -> ExperimentResults:
-    """Run the missing jobs, and write ``results.json`` and ``curves.csv``.
-
-    Args:
-        folder: The output folder; created if missing. Results of an earlier run in it are kept.
-        settings: The budgets and seeds of the experiment.
-        processes: Number of jobs in parallel.
-        progress: Receives every job.
+    """Run the missing jobs with these budgets and seeds, and write ``results.json`` and ``curves.csv``.
 
     Raises:
         FileError: If the folder cannot be written to.
@@ -107,20 +91,13 @@ def run_experiment(
     return results
 
 
-# Running the missing jobs of an experiment, each in a process.
-
-
 def run_jobs(jobs: Sequence[Job], folder: Path, *, processes: int, done: Callable[[Job], None]) -> None:
     """Do every job whose result is missing, after the jobs whose results it needs.
 
     The processes write the results as files, so finished jobs survive an interruption. Each process does one job after
     the other. Jobs share nothing, so results do not depend on which process does which.
 
-    Args:
-        jobs: The jobs, each after those that it needs.
-        folder: The folder of the results.
-        processes: Number of jobs in parallel.
-        done: Called for every finished job, earlier ones included.
+    ``jobs`` come each after those that it needs; ``done`` is called for every finished job, earlier ones included.
 
     Raises:
         BimvoxError: If a process was killed.
@@ -207,19 +184,13 @@ def _read(folder: Path, name: str) -> JobResult:
     return JobResult(_read_json(result_file(folder, name)), network)
 
 
-# The folder of an experiment: the names of its files, and reading them back.
-#
-# ::
-#
-# <folder>/experiment.json settings and jobs <folder>/jobs/ one JSON file per job, with the network that it trained
-# <folder>/results.json all results <folder>/curves.csv every test of every run <folder>/report.md the report, with
-# its pictures
+# The folder of an experiment.
 
-MANIFEST = "experiment.json"
-_JOBS = "jobs"
+MANIFEST = "experiment.json"  # settings and jobs
+_JOBS = "jobs"  # a folder: one JSON file per job, with the network that it trained
 _RESULTS_FILE = "results.json"
-_CURVES_FILE = "curves.csv"
-_REPORT_FILE = "report.md"
+_CURVES_FILE = "curves.csv"  # every test of every run
+_REPORT_FILE = "report.md"  # with its pictures
 
 
 def result_file(folder: Path, name: str) -> Path:
@@ -233,12 +204,10 @@ def _weights_file(folder: Path, name: str) -> Path:
 
 
 def _write_json(path: Path, document: dict[str, Any]) -> None:
-    """Write a JSON file whole or not at all."""
     write_atomically(path, (json.dumps(document, indent=1, sort_keys=True, allow_nan=False) + "\n").encode())
 
 
 def _read_json(path: Path) -> dict[str, Any]:
-    """Read a JSON file of ours."""
     document: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return document
 

@@ -66,15 +66,12 @@ _SB3_MEMBER = "policy.pth"
 
 
 def export_policy(policy_id: str, *, to: str | None = None, out: Path | None = None) -> dict[str, Any]:
-    """Write a policy of the store to a file.
+    """Write a policy of the store to a file, and return the document of ``bimvox policy export --json``.
 
     Args:
         policy_id: Its id, or the beginning of it.
         to: A key of ``_FORMATS``; default: by the suffix of ``out``, otherwise ``bimvox``.
         out: The file; default: the id, in the current folder.
-
-    Returns:
-        The document of ``bimvox policy export --json``.
 
     Raises:
         PolicyError: If there is no such policy, it is damaged, or a package for the format is missing.
@@ -93,14 +90,11 @@ def export_policy(policy_id: str, *, to: str | None = None, out: Path | None = N
 
 
 def import_policy(source: Path, *, trust: bool = False) -> dict[str, Any]:
-    """Put a policy from a file into the store.
+    """Put a policy from a file into the store, and return the document of ``bimvox policy import --json``.
 
     Args:
         source: A file of :func:`export_policy`, or with ``trust`` a zip of stable-baselines3's DQN.
         trust: Accept a file without a manifest; only its tensors are read, and no code in it runs.
-
-    Returns:
-        The document of ``bimvox policy import --json``.
 
     Raises:
         PolicyError: If it is not a policy, is damaged, or does not fit this version.
@@ -148,9 +142,6 @@ def _bytes(found: StoredPolicy, form: str) -> bytes:
 
 
 def _is_sb3(content: bytes) -> bool:
-    import io
-    import zipfile
-
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             return _SB3_MEMBER in archive.namelist()
@@ -229,7 +220,7 @@ def _summary(manifest: PolicyManifest) -> dict[str, Any]:
 
 
 def score_policy(policy: str, *, sets: Sequence[str] = (), share: float = 1.0, progress: Progress) -> dict[str, Any]:
-    """Score a policy on the frozen held-out suite.
+    """Score a policy on the frozen held-out suite, and return the document of ``bimvox policy score --json``.
 
     Args:
         policy: ``default`` (the shipped network), ``greedy``, an id of the store, ``FILE.onnx``, or
@@ -237,9 +228,6 @@ def score_policy(policy: str, *, sets: Sequence[str] = (), share: float = 1.0, p
         sets: Names of sets; default: all.
         share: Of each set, above 0, at most 1.
         progress: Counts the problems.
-
-    Returns:
-        The document of ``bimvox policy score --json``.
 
     Raises:
         PolicyError: The policy cannot be loaded or fails, or a problem is not the frozen one.

@@ -25,7 +25,7 @@ def voxelize(
     threads: int = 1,
     progress: Progress,
 ) -> dict[str, Any]:
-    """Voxelize a building model and write the grid.
+    """Voxelize a building model, write the grid, and return the document of ``bimvox voxelize --json``.
 
     Args:
         model: IFC or mesh file.
@@ -34,10 +34,6 @@ def voxelize(
         voxel_size_m: Edge of a cell; a round size that keeps the model below 20 million cells if None.
         threads: Number of parts voxelized in parallel; it does not change the grid.
         progress: Receives stages and notes.
-
-    Returns:
-        ``grid, shape, voxel_size_m, origin_m, counts, shared_cells, components, others, totals, source, skipped,
-        notes, seconds``.
 
     Raises:
         InputError: If the model or an option cannot be used; nothing is written.

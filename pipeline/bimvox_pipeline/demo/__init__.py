@@ -18,11 +18,7 @@ def sample() -> bytes:
 
 
 def copy_sample(folder: Path) -> Path:
-    """Write the sample building into a folder, which is made if it does not exist, and return its path.
-
-    Raises:
-        FileError: If it cannot be written.
-    """
+    """Write the sample building into a folder, which is made if it does not exist, and return its path."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
