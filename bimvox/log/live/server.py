@@ -2,7 +2,9 @@
 
 The same topics, schemas and bytes as in a log. A new viewer first gets the standing messages (cells, scene, paths,
 events). Only who knows the token in the address may connect (``admission``). A slow viewer gets the newest states; one
-that takes nothing for ten seconds is dropped. Needs ``pip install 'bimvox[live]'``.
+that takes nothing for ten seconds is dropped. The server of the Foxglove SDK is not used: it asks for no token, checks
+no origin, admits any number of viewers, and bounds their queues by messages instead of bytes (version 0.30). Needs
+``pip install 'bimvox[live]'``.
 """
 
 from __future__ import annotations
