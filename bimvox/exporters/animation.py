@@ -241,12 +241,7 @@ class _GltfWriter:
         self._channels: list[dict[str, Any]] = []
         self._times: dict[bytes, int] = {}
 
-    def mesh(
-        self,
-        vertices_m: NDArray[np.float64],
-        faces: NDArray[np.int32],
-        rgb: tuple[int, int, int],
-    ) -> int:
+    def mesh(self, vertices_m: NDArray[np.float64], faces: NDArray[np.int32], rgb: tuple[int, int, int]) -> int:
         """Add a mesh and return its number.
 
         Args:

@@ -82,10 +82,7 @@ class _Writer:
         for task, entity in zip(schedule.tasks, tasks, strict=True):
             product = self._product(task)
             self._rooted(
-                "IfcRelAssignsToProduct",
-                f"product {task.component}",
-                RelatedObjects=[entity],
-                RelatingProduct=product,
+                "IfcRelAssignsToProduct", f"product {task.component}", RelatedObjects=[entity], RelatingProduct=product
             )
             for crane in task.cranes[: len(cranes)]:
                 self._works_at(cranes[crane], entity, f"crane {task.component}")
@@ -130,10 +127,7 @@ class _Writer:
         more = {} if self.old else {"PredefinedType": "ERECTING"}
         resource = self._rooted("IfcConstructionEquipmentResource", f"equipment{own}", Name=crane.name, **more)
         self._rooted(
-            "IfcRelAssignsToResource",
-            f"equipment is{own}",
-            RelatedObjects=[element],
-            RelatingResource=resource,
+            "IfcRelAssignsToResource", f"equipment is{own}", RelatedObjects=[element], RelatingResource=resource
         )
         return resource
 
@@ -243,11 +237,7 @@ class _Writer:
             ScheduleDuration=(finish - start).total_seconds() / self._seconds_per_unit(),
         )
         self._rooted(
-            "IfcRelAssignsTasks",
-            f"assigns {key}",
-            RelatedObjects=[entity],
-            RelatingControl=control,
-            TimeForTask=times,
+            "IfcRelAssignsTasks", f"assigns {key}", RelatedObjects=[entity], RelatingControl=control, TimeForTask=times
         )
 
     def _seconds_per_unit(self) -> float:

@@ -227,14 +227,7 @@ def _preparations(log: PlanLog, orders: Collection[int], dates: PlanDates) -> tu
         cranes = tuple(sorted({part.crane for part in parts})) if dates.is_unloaded_by_crane else ()
         found.append(
             Preparation(
-                name,
-                begin_ns / 1e9,
-                end_ns / 1e9,
-                work_s,
-                own[0].number,
-                is_delivery=True,
-                crew=crew,
-                cranes=cranes,
+                name, begin_ns / 1e9, end_ns / 1e9, work_s, own[0].number, is_delivery=True, crew=crew, cranes=cranes
             )
         )
     return tuple(found)

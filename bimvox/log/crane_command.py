@@ -165,12 +165,7 @@ CraneCommandMessage: Any = class_of(file_descriptor())
 
 
 def command_rows(
-    commands: Commands,
-    component_ids: Sequence[str],
-    crane: TowerCrane,
-    *,
-    topic: str = COMMAND,
-    named: bool = False,
+    commands: Commands, component_ids: Sequence[str], crane: TowerCrane, *, topic: str = COMMAND, named: bool = False
 ) -> Rows:
     """Return the messages of one lift's commands, serialized.
 
@@ -182,9 +177,7 @@ def command_rows(
         named: Whether they name the crane.
     """
     message = CraneCommandMessage(
-        lift_order=commands.order,
-        component_id=component_ids[commands.component],
-        crane=crane.name if named else "",
+        lift_order=commands.order, component_id=component_ids[commands.component], crane=crane.name if named else ""
     )
 
     def command(time_ns: int, values: Sequence[float], numbers: Sequence[int]) -> Any:

@@ -27,10 +27,7 @@ APART_S = 2.0
 
 
 def needed(
-    time_ns: NDArray[np.int64],
-    values: NDArray[np.float64],
-    limits: NDArray[np.float64],
-    always_ns: NDArray[np.int64],
+    time_ns: NDArray[np.int64], values: NDArray[np.float64], limits: NDArray[np.float64], always_ns: NDArray[np.int64]
 ) -> NDArray[np.bool_]:
     """Return (N,) which samples are needed: the first, the last, and after each the last one that a line may reach.
 

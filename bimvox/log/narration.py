@@ -114,11 +114,7 @@ def event_messages(record: PlanLog, tracks: Iterable[LiftTimes]) -> Iterator[tup
         }
         if site.has_several_cranes and (crane := site.crane_of(component)) is not None:
             about[CRANE_FIELD] = crane.name
-        whole = about | {
-            "name": component.name,
-            "method": str(lift.method),
-            "moves": str(lift.moves),
-        }
+        whole = about | {"name": component.name, "method": str(lift.method), "moves": str(lift.moves)}
         if lift.shortest_moves is not None:
             whole["shortest_moves"] = str(lift.shortest_moves)
         events.append(LogEvent(LIFT_EVENT, track.start_ns, track.end_ns, whole))

@@ -28,16 +28,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.site.site import Site
 
 # The other topics are for viewers: they follow from these and the attachments.
-_NEEDED = frozenset(
-    (
-        topics.PLANNED,
-        topics.MOTIONS,
-        topics.EVENTS,
-        topics.CARRIED_OUT,
-        topics.OTHERS,
-        topics.SEEN,
-    )
-)
+_NEEDED = frozenset((topics.PLANNED, topics.MOTIONS, topics.EVENTS, topics.CARRIED_OUT, topics.OTHERS, topics.SEEN))
 
 
 def read_log(path: Path | str) -> PlanLog:

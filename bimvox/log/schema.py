@@ -151,11 +151,7 @@ TOPICS = (
         PosesInFrame,
         "The path of a planned lift, at its start, unit move by unit move: the component's frame, metres.",
     ),
-    Topic(
-        LOAD,
-        PoseInFrame,
-        "The load on the hook: the component's frame, metres.",
-    ),
+    Topic(LOAD, PoseInFrame, "The load on the hook: the component's frame, metres."),
     Topic(
         JOINTS,
         JointStates,
@@ -168,17 +164,9 @@ TOPICS = (
         "The commands to the crane: a crane that holds the rates of each until the next is on the motion at every "
         "command. At the rate `full` at a fixed period. Empty without a crane.",
     ),
-    Topic(
-        SCENE,
-        SceneUpdate,
-        "Everything as boxes, entity id = GlobalId (made unique), coloured by state.",
-    ),
+    Topic(SCENE, SceneUpdate, "Everything as boxes, entity id = GlobalId (made unique), coloured by state."),
     Topic(LOG, Log, "The plan in words, and lifts as they begin."),
-    Topic(
-        EVENTS,
-        Event,
-        "Spans: `kind` = `lift` (a whole lift), `phase` (a part of it) and others, such as `replan`.",
-    ),
+    Topic(EVENTS, Event, "Spans: `kind` = `lift` (a whole lift), `phase` (a part of it) and others, such as `replan`."),
 )
 
 TRAFFIC_TOPICS = (

@@ -110,8 +110,7 @@ class LiveServer:
             import websockets.asyncio.server  # noqa: F401
         except ImportError:
             raise InputError(
-                "a live server needs the package websockets, which is not installed",
-                hint="pip install 'bimvox[live]'",
+                "a live server needs the package websockets, which is not installed", hint="pip install 'bimvox[live]'"
             ) from None
         self._token, self._at_once = token, 1
         self._announced: list[str] = []

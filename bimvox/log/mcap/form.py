@@ -122,10 +122,7 @@ class Form:
         return form
 
     def serialized(
-        self,
-        time_ns: NDArray[np.int64],
-        doubles: NDArray[np.float64],
-        numbers: NDArray[np.int64] | None = None,
+        self, time_ns: NDArray[np.int64], doubles: NDArray[np.float64], numbers: NDArray[np.int64] | None = None
     ) -> Packed:
         """Return a message for each time, with the same bytes as protobuf's own serialization.
 
@@ -254,11 +251,7 @@ def _put_varint(out: NDArray[np.uint8], at: int, value: int) -> int:
 
 @leaf_kernel
 def _write(
-    program: NDArray[np.int64],
-    text: NDArray[np.uint8],
-    values: _Values,
-    open_at: NDArray[np.int64],
-    made: _Made,
+    program: NDArray[np.int64], text: NDArray[np.uint8], values: _Values, open_at: NDArray[np.int64], made: _Made
 ) -> None:
     """Write the messages backwards from the end of ``made.flat``, the last one first."""
     time_ns, doubles, numbers = values.time_ns, values.doubles, values.numbers

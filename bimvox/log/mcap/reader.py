@@ -44,16 +44,7 @@ _MESSAGE = np.dtype(
 )
 _HEAD_RECORD = re.compile(b"[" + bytes((Opcode.ATTACHMENT, Opcode.METADATA)) + b"]")
 _CHUNK_START_TO_ZSTD = 1 + 8 + 8 + 8 + 8 + 4  # opcode, length, first and last time, size, checksum
-_BROKEN = (
-    McapError,
-    zstandard.ZstdError,
-    struct.error,
-    ValueError,
-    KeyError,
-    EOFError,
-    OverflowError,
-    MemoryError,
-)
+_BROKEN = (McapError, zstandard.ZstdError, struct.error, ValueError, KeyError, EOFError, OverflowError, MemoryError)
 
 
 class _RepeatedError(ValueError):

@@ -125,11 +125,7 @@ class McapFile:
             self.end_chunk()
 
     def messages(
-        self,
-        channels: NDArray[np.int64],
-        sequences: NDArray[np.int64],
-        times_ns: NDArray[np.int64],
-        data: Packed,
+        self, channels: NDArray[np.int64], sequences: NDArray[np.int64], times_ns: NDArray[np.int64], data: Packed
     ) -> None:
         """Write consecutive messages, with the same result as ``message`` for each.
 

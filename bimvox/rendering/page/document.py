@@ -23,14 +23,7 @@ from bimvox.records.unloading import unloading_lifts
 from bimvox.rendering.colours import CLASSES, NO_GROUP, REMARKS, SHARES
 from bimvox.rendering.page.crane import CRANE, crane_record
 from bimvox.rendering.page.geometry import COLOUR, NUMBERS, Blob, Shapes, rounded, shapes_of
-from bimvox.rendering.page.lifts import (
-    DELIVERY,
-    LIFT,
-    PROOF,
-    UNLOADING,
-    lift_record,
-    proof_record,
-)
+from bimvox.rendering.page.lifts import DELIVERY, LIFT, PROOF, UNLOADING, lift_record, proof_record
 from bimvox.rendering.page.motions import (
     ANGLE_STEPS_PER_RAD,
     LENGTH_STEPS_PER_M,

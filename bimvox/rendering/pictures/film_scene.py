@@ -48,11 +48,7 @@ class Film:
     """
 
     def __init__(
-        self,
-        site: Site,
-        lifts: Sequence[Lift],
-        motions: Sequence[LiftMotion],
-        tracks: Sequence[LoadTrack],
+        self, site: Site, lifts: Sequence[Lift], motions: Sequence[LiftMotion], tracks: Sequence[LoadTrack]
     ) -> None:
         if not tracks:
             raise InputError("no lift of the plan has a time", hint="leave the time out to see the site as it is")

@@ -68,10 +68,7 @@ class Instant:
 
 
 def scene_of_plan(
-    site: Site,
-    lifts: Sequence[Lift],
-    motions: Sequence[LiftMotion] = (),
-    moment: Instant | None = None,
+    site: Site, lifts: Sequence[Lift], motions: Sequence[LiftMotion] = (), moment: Instant | None = None
 ) -> Scene:
     """Return the picture of a plan.
 

@@ -31,6 +31,11 @@ from bimvox.site.site import Site
 from bimvox.site.work import work_of
 
 FORMAT = 1
+_RULES = (
+    *("clearance_m", "transit_clearance_m", "rope_clearance_m", "gives_way", "contact_tolerance_m", "support_gap_m"),
+    *("rope", "sample_period_s", "swing", "wind_speed_m_s", "drag_coefficient", "sling_angle_rad"),
+    "highest_utilisation",
+)
 CARRYING = frozenset((PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER))
 """Phases in which the load is in transit."""
 
@@ -102,10 +107,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "proof": proof_record(revision),
         "remarks": [remark.to_dict() for remark in revision.remarks],
         "inputs": _inputs_of(revision),
-        "clashes": [
-            {"first": c.first, "second": c.second, "depth_m": c.depth_m, "at_least": c.at_least}
-            for c in revision.plan.clashes
-        ],
+        "clashes": [_values(clash, "first", "second", "depth_m", "at_least") for clash in revision.plan.clashes],
         "notes": [
             *(revision.dates.notes if revision.dates else ()),
             *site.notes,
@@ -129,15 +131,10 @@ def _lift(revision: Revision, lift: Lift, motion: LiftMotion | None, critical_sh
     return {
         **record,
         **({"crane": component.crane} if revision.plan.site.has_several_cranes else {}),
-        "id": component.id,
-        "global_id": component.global_id,
-        "name": component.name,
-        "ifc_class": component.ifc_class,
+        **_values(component, "id", "global_id", "name", "ifc_class"),
         "stack": 0 if lift.place is None else lift.place.stack,
         "rack": 0 if lift.place is None else abs(lift.place.rack),
-        "storey": component.storey,
-        "mass_kg": component.mass_kg,
-        "mass_source": component.mass_source,
+        **_values(component, "storey", "mass_kg", "mass_source"),
         # A sample beyond the load chart has no utilisation, and counts as the most critical.
         "critical": record["governs"] is not None and (used is None or used >= critical_share),
         "begins_at": revision.dates.span(lift.order)[0] if revision.dates else None,
@@ -174,21 +171,7 @@ def _site(site: Site) -> dict[str, Any]:
         "structure": sum(blocker.kind == "structure" for blocker in site.blockers),
         "no_load_m2": 0.0 if site.no_load is None else float(np.count_nonzero(site.no_load)) * size_m**2,
         "prohibited_m2": 0.0 if site.prohibited is None else float(np.count_nonzero(site.prohibited)) * size_m**2,
-        "rules": {
-            "clearance_m": site.rules.clearance_m,
-            "transit_clearance_m": site.rules.transit_clearance_m,
-            "rope_clearance_m": site.rules.rope_clearance_m,
-            "gives_way": list(site.rules.gives_way),
-            "contact_tolerance_m": site.rules.contact_tolerance_m,
-            "support_gap_m": site.rules.support_gap_m,
-            "rope": site.rules.rope,
-            "sample_period_s": site.rules.sample_period_s,
-            "swing": site.rules.swing.value,
-            "wind_speed_m_s": site.rules.wind_speed_m_s,
-            "drag_coefficient": site.rules.drag_coefficient,
-            "sling_angle_rad": site.rules.sling_angle_rad,
-            "highest_utilisation": site.rules.highest_utilisation,
-        },
+        "rules": _values(site.rules, *_RULES),
     }
 
 
@@ -200,49 +183,36 @@ def _least_height(revision: Revision) -> dict[str, Any] | None:
 
 def _crane(revision: Revision, number: int) -> dict[str, Any]:
     crane = revision.plan.site.cranes[number]
+    named = machine_called(crane.machine or crane.name)
     return {
         **identity(crane),
         "kind": crane.kind,
-        "about": _about_machine(crane),
-        "luffing": _luffing(crane),
+        "about": None if named is None else named.about,  # None if it is not a machine of the catalogue
+        "luffing": crane.luffing and _values(crane.luffing, *_JIB),
         "base_m": list(crane.base_m),
-        "jib_height_m": crane.jib_height_m,
-        "min_radius_m": crane.min_radius_m,
-        "sling_m": crane.sling_m,
-        "rigging_mass_kg": crane.rigging_mass_kg,
-        "hook_block_kg": crane.hook_block_kg,
+        **_values(crane, "jib_height_m", "min_radius_m", "sling_m", "rigging_mass_kg", "hook_block_kg"),
         "gears": [list(gear) for gear in crane.gears],
         "max_wind_m_s": crane.max_wind_m_s,
-        "working_range": {
-            "slew_rad": crane.working_range.slew_rad,
-            "radius_m": crane.working_range.radius_m,
-            "highest_hook_m": crane.working_range.highest_hook_m,
-        },
+        "working_range": _values(crane.working_range, "slew_rad", "radius_m", "highest_hook_m"),
         "slow_zones": [zone.share for zone in crane.slow_zones],
-        "slewing": _axis(crane.slewing),
-        "trolley": _axis(crane.trolley),
-        "hoist": _axis(crane.hoist),
+        **_values(crane, "slewing", "trolley", "hoist"),
         "driven": driven_rates([motion for motion in revision.motions if motion.crane == number]),
         "chart": [list(pair) for pair in zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True)],
     }
 
 
-def _luffing(crane: TowerCrane) -> dict[str, Any] | None:
-    jib = crane.luffing
-    if jib is None:
-        return None
-    return {
-        "length_m": jib.length_m,
-        "pivot_height_m": jib.pivot_height_m,
-        "luff_rad": list(jib.luff_rad),
-        "limits": _axis(jib.limits),
-        "winch": _axis(jib.winch),
-        "tail_radius_m": jib.tail_radius_m,
-    }
+_JIB = ("length_m", "pivot_height_m", "luff_rad", "limits", "winch", "tail_radius_m")
 
 
-def _axis(limits: AxisLimits) -> dict[str, float]:
-    return {"rate": limits.rate, "acceleration": limits.acceleration, "jerk": limits.jerk}
+def _values(of: object, *names: str) -> dict[str, Any]:
+    """Return attributes as plain values: limits of an axis as a document, tuples as lists."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, AxisLimits):
+            return _values(value, "rate", "acceleration", "jerk")
+        return list(value) if isinstance(value, tuple) else value
+
+    return {name: plain(getattr(of, name)) for name in names}
 
 
 def _totals(revision: Revision, lifts: list[dict[str, Any]]) -> dict[str, Any]:
@@ -407,23 +377,13 @@ def blind_lifts(revision: Revision) -> list[dict[str, Any]]:
     return found
 
 
-def _eye_m(crane: TowerCrane) -> tuple[float, float, float]:
-    """Return the point from which the operator is taken to look: on the slewing axis, at the jib's lower edge."""
-    return (crane.base_m[0], crane.base_m[1], outline_of(crane).jib_m[0])
-
-
 def _hidden(site: Site, crane: TowerCrane, cells: NDArray[np.int64], taken: NDArray[np.bool_]) -> bool:
     size_m, origin = site.frame.voxel_size_m, np.array(site.frame.origin_m)
-    eye = (np.array(_eye_m(crane)) - origin) / size_m
+    # The operator is taken to look from the slewing axis, at the jib's lower edge.
+    eye = (np.array([*crane.base_m[:2], outline_of(crane).jib_m[0]]) - origin) / size_m
     middle = (cells.min(axis=0) + cells.max(axis=0) + 1) / 2.0
     count = int(np.ceil(4.0 * np.abs(eye - middle).max())) + 1
     line = np.floor(np.linspace(eye, middle, count)).astype(np.int64)
     line = line[((line >= 0) & (line < np.array(site.shape))).all(axis=1)]
     met = np.ravel_multi_index(tuple(line[taken[tuple(line.T)]].T), taken.shape)
     return not np.isin(met, np.ravel_multi_index(tuple(cells.T), taken.shape)).all()
-
-
-def _about_machine(crane: TowerCrane) -> str | None:
-    """Return where the data of a crane's machine come from; None if it is not a machine of the catalogue."""
-    machine = machine_called(crane.machine or crane.name)
-    return None if machine is None else machine.about

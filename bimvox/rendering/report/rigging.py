@@ -195,9 +195,7 @@ _Line = tuple[_Point, _Point, str]
 _Label = tuple[float, float, tuple[str, ...]]
 
 
-def _lines_m(
-    rig: dict[str, Any],
-) -> tuple[list[_Line], list[_Label], list[_Point]]:
+def _lines_m(rig: dict[str, Any]) -> tuple[list[_Line], list[_Label], list[_Point]]:
     """Return lines, labels and points (hook first) of a rig in elevation; metres above the lowest lifting point."""
     slings = [part for part in rig["parts"] if "legs" in part]
     spreader = next((part for part in rig["parts"] if "span_m" in part), None)

@@ -184,13 +184,7 @@ def _oversail(record: dict[str, Any]) -> str:
 
 # The title block of a lift plan: project, revision, and who prepares, checks, approves and carries it out.
 
-_FIELDS = {
-    "name": "Project",
-    "number": "Number",
-    "address": "Address",
-    "client": "Client",
-    "contractor": "Contractor",
-}
+_FIELDS = {"name": "Project", "number": "Number", "address": "Address", "client": "Client", "contractor": "Contractor"}
 _PEOPLE = {
     "prepared_by": "Prepared by",
     "checked_by": "Checked by",

@@ -128,10 +128,7 @@ def _crane(one: dict[str, Any]) -> str:
         pairs += [
             ("On an outrigger", stated("outrigger_kn", 0, "kN: 0.65 of the vertical load")),
             ("Mat pressure", stated("mat_kpa", 0, "kPa") if one["mat_m2"] else "the mat's area is not stated"),
-            (
-                "Mat needed",
-                stated("needed_m2", 2, "m²") if one["permitted_kpa"] else "no permitted pressure stated",
-            ),
+            ("Mat needed", stated("needed_m2", 2, "m²") if one["permitted_kpa"] else "no permitted pressure stated"),
         ]
         pressure, permitted = one["mat_kpa"], one["permitted_kpa"]
         if pressure is not None and permitted is not None and pressure > permitted:
