@@ -72,10 +72,7 @@ def formats_of(source: Source) -> tuple[Format, ...]:
 def format_for(source: Source, name: str | None, out: Path | None) -> Format | None:
     """Return the format to write.
 
-    Args:
-        source: What is exported.
-        name: What was asked for; None takes the suffix of ``out``, or the default.
-        out: The output, if given.
+    ``name`` is what was asked for; None takes the suffix of ``out``, or the default.
 
     Returns:
         The format; None if a log or grid has no format of that name.
@@ -89,11 +86,8 @@ def format_for(source: Source, name: str | None, out: Path | None) -> Format | N
 
 def formats_in_words() -> str:
     """Return all formats as two sentences, for a help text."""
-    return " ".join(
-        f"Of a {source.value}: " + ", ".join(_words(n, one) for n, one in enumerate(formats_of(source))) + "."
-        for source in Source
-    )
-
-
-def _words(n: int, one: Format) -> str:
-    return f"{one.name} ({'default; ' if n == 0 else ''}{one.meaning})"
+    said = []
+    for source in Source:
+        first, *others = (f"{one.name} ({one.meaning})" for one in formats_of(source))
+        said.append(f"Of a {source.value}: {', '.join([first.replace('(', '(default; ', 1), *others])}.")
+    return " ".join(said)

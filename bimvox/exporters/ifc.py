@@ -28,10 +28,7 @@ _NAMESPACE = uuid.UUID("6f0d7a0e-6a0b-5b67-9d3c-1f2b8f4e7c11")
 def with_schedule(path: Path, data: bytes, schedule: LiftSchedule) -> bytes:
     """Return an IFC file with a schedule added; existing entities stay as they are.
 
-    Args:
-        path: The file's path, for messages.
-        data: Its bytes.
-        schedule: The lifts; each part must be a product of the file.
+    ``path``: the file's path, for messages; each part of the schedule must be a product of the file.
 
     Raises:
         IfcError: If the file cannot be read, or does not hold a part of the schedule.

@@ -34,9 +34,7 @@ class ColouredBody:
 def to_glb(bodies: Sequence[ColouredBody], properties: Mapping[str, Any]) -> bytes:
     """Return binary glTF 2.0: a node for every body, by its name, in metres, y up.
 
-    Args:
-        bodies: At least one, each with triangles.
-        properties: Plain values about the scene, as its ``extras``.
+    ``properties``: plain values about the scene, as its ``extras``. At least one body; each has triangles.
     """
     import trimesh
     from trimesh.visual.material import PBRMaterial
@@ -68,9 +66,7 @@ def to_glb(bodies: Sequence[ColouredBody], properties: Mapping[str, Any]) -> byt
 def to_ply(bodies: Sequence[ColouredBody], comments: Sequence[str] = ()) -> bytes:
     """Return one binary PLY mesh in metres, z up: every face has its body's colour and index (``body``).
 
-    Args:
-        bodies: At least one, each with triangles.
-        comments: Lines for the header, before the names of the bodies.
+    ``comments``: lines for the header, before the names of the bodies. At least one body; each has triangles.
     """
     import trimesh
 

@@ -269,9 +269,7 @@ class Cdr:
     def packed_with(self, count: int, element: Callable[[Cdr, slice], None]) -> Packed:
         """Return the one message that was written, and in it a sequence.
 
-        Args:
-            count: Number of elements.
-            element: Writes some of the elements, a part of all.
+        ``element`` writes some of its ``count`` elements.
         """
         self.number(count)
         first = Cdr(min(count, 1), self.end)

@@ -68,9 +68,7 @@ class _DeliverySite:
 def delivery_sites(log: PlanLog, config: SiteConfig) -> tuple[_DeliverySite, ...]:
     """Return the sites of all deliveries of a plan, in order.
 
-    Args:
-        log: The plan, whole.
-        config: Its site file, complete, in the site's frame.
+    The log is whole; the site file is complete, in the site's frame.
 
     Raises:
         InputError: If the site has no access or no crane.
@@ -298,9 +296,7 @@ class Body:
 def model_ifc(name: str, bodies: Sequence[Body]) -> bytes:
     """Return an IFC4 file of bodies.
 
-    Args:
-        name: Name of the project.
-        bodies: What it holds. Those with a mass are tagged ``_LIFTED``; the others are named as existing.
+    Bodies with a mass are tagged ``_LIFTED``; the others are named as existing.
     """
     file: Any = ifcopenshell.file(schema="IFC4")
     file.header.file_name.time_stamp = "2024-01-01T00:00:00"

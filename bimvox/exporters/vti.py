@@ -51,15 +51,11 @@ class _Array:
 def write_vti(grid: VoxelGrid, stream: BinaryIO, *, threads: int = 1) -> None:
     """Write a grid as VTK ImageData with the cell arrays ``label``, ``owner``, ``parts`` and ``fill``.
 
-    ``owner`` is the row of the part (-1: air), ``parts`` the number of parts that meet the cell, ``fill`` the share of
-    the cell that its owner fills if several parts meet (NaN in the cells of a single part: not recorded). The field
-    data hold the table of parts (``part_id``, ``part_global_id``, ``part_class``, ``part_name``), the offset to the
-    source's coordinates (``source_origin_m``) and its ``georeference``.
-
-    Args:
-        grid: What to write.
-        stream: The output; must be seekable.
-        threads: Number of blocks compressed in parallel; the bytes do not depend on it.
+    ``owner`` is the row of the part (-1: air), ``parts`` the number of parts that meet the cell, ``fill`` the share
+    of the cell that its owner fills if several parts meet (NaN in the cells of a single part: not recorded). The
+    field data hold the table of parts (``part_id``, ``part_global_id``, ``part_class``, ``part_name``), the offset
+    to the source's coordinates (``source_origin_m``) and its ``georeference``. The stream must be seekable;
+    ``threads`` blocks are compressed in parallel, and the bytes do not depend on it.
     """
     fields, cells = _fields(grid), _cells(grid)
     extent = " ".join(f"0 {n}" for n in grid.shape)

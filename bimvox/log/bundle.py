@@ -91,9 +91,7 @@ def _with_cranes(values: Any) -> Any:
 def site_from_bytes(data: bytes, name: str) -> Site:
     """Return the site of a bundle.
 
-    Args:
-        data: What :func:`site_to_bytes` returned.
-        name: Its source, for messages.
+    ``name``: its source, for messages.
 
     Raises:
         LogFileError: If the bundle is damaged, hostile or inconsistent.

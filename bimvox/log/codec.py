@@ -207,9 +207,7 @@ def steps_to_json(steps: Steps) -> bytes:
 def steps_from_json(data: bytes, name: str) -> Steps:
     """Return the steps of a log.
 
-    Args:
-        data: What :func:`steps_to_json` returned.
-        name: Its source, for messages.
+    ``name``: its source, for messages.
 
     Raises:
         LogFileError: If it is damaged.

@@ -48,15 +48,13 @@ class Field(NamedTuple):
     comment: str
 
 
-def _file_of(message: str) -> str:
-    """Return the name of the file that defines a message."""
-    return f"{_PACKAGE}/{message}.proto"
-
-
 def descriptor_of(message: str, fields: Sequence[Field], enums: _Enums) -> FileDescriptorProto:
     """Return the descriptor of the file that defines a message."""
     file = FileDescriptorProto(
-        name=_file_of(message), package=_PACKAGE, syntax="proto3", dependency=[timestamp_pb2.DESCRIPTOR.name]
+        name=f"{_PACKAGE}/{message}.proto",
+        package=_PACKAGE,
+        syntax="proto3",
+        dependency=[timestamp_pb2.DESCRIPTOR.name],
     )
     made = file.message_type.add(name=message)
     for enum, numbers in enums.items():
@@ -169,12 +167,8 @@ def command_rows(
 ) -> Rows:
     """Return the messages of one lift's commands, serialized.
 
-    Args:
-        commands: The commands.
-        component_ids: Id of every component, by its index.
-        crane: The crane, for the rope's length and the luff angle.
-        topic: Their topic.
-        named: Whether they name the crane.
+    ``component_ids``: of every component, by its index; ``crane``: for the rope's length and the luff angle;
+    ``named``: whether they name the crane.
     """
     message = CraneCommandMessage(
         lift_order=commands.order, component_id=component_ids[commands.component], crane=crane.name if named else ""

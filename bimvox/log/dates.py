@@ -23,9 +23,7 @@ from bimvox.site.programme import ATTACHED, read_programme
 def log_dates(log: PlanLog, start: datetime | None = None) -> PlanDates | None:
     """Return the dates of a log.
 
-    Args:
-        log: The log.
-        start: When work may begin, local time; None takes the site file's.
+    ``start``: when work may begin, local time; None takes the site file's.
 
     Returns:
         The dates; None if the start is not known, or of an extract or a plan without a crane: dates follow from the

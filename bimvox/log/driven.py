@@ -120,11 +120,7 @@ class Driven:
 def driven(site: Site, lift: Lift, motion: LiftMotion, rate: LogRate) -> Driven:
     """Return a lift as its crane drives it.
 
-    Args:
-        site: The site.
-        lift: The lift.
-        motion: Its motion.
-        rate: Which samples viewers are shown.
+    ``rate``: which samples viewers are shown.
     """
     crane, track = site.cranes[motion.crane], crane_track(site, lift, motion)
     time_ns, axes = motion.samples()

@@ -25,33 +25,26 @@ _UNITS = {"slewing": "rad", "trolley": "m", "luffing": "rad", "hoist": "m of rop
 _RATES = ("slew_rate_rad_s", "trolley_rate_m_s", "hoist_rate_m_s")
 
 
-def _joint_panels(crane: TowerCrane, number: int = 0) -> tuple[str, ...]:
-    """Return the names of the panels that plot the joints of a crane."""
-    return tuple(f"Plot!{_own(joint, number)}" for joint in joint_names(crane))
-
-
 def crane_panels(crane: TowerCrane, number: int = 0) -> tuple[str, ...]:
     """Return the names of all panels of a crane, from the top of the layout down."""
-    return (*_joint_panels(crane, number), *(_own(panel, number) for panel in (RATE_PANEL, PHASE_PANEL, COMMAND_PANEL)))
+    joints = [f"Plot!{_own(joint, number)}" for joint in joint_names(crane)]
+    return (*joints, *(_own(panel, number) for panel in (RATE_PANEL, PHASE_PANEL, COMMAND_PANEL)))
 
 
 def foxglove_layout(site: Site) -> dict[str, Any]:
-    """Return the layout for the logs of a site.
-
-    Args:
-        site: The site; the camera follows from its extent, the crane panels from its cranes.
-    """
-    panels: dict[str, Any] = {SCENE_PANEL: _scene(site), LOG_PANEL: _log()}
+    """Return the layout for the logs of a site: the camera follows from its extent, the panels from its cranes."""
+    log = {"foxglovePanelTitle": "log", "topicToRender": topics.LOG, "searchTerms": [], "minLogLevel": 1}
+    panels: dict[str, Any] = {SCENE_PANEL: _scene(site), LOG_PANEL: log}
     right: Any = LOG_PANEL
     plots, tables = [], []
     for number, crane in enumerate(site.cranes):
         own = _crane_panels(crane, number, f"{crane.name}: " if site.has_several_cranes else "")
         panels |= own
         *plotted, table = own
-        plots.append(_stacked(plotted))
+        plots.append(_shared("column", plotted))
         tables.append(table)
     if plots:
-        right = _split("column", _abreast(plots), _split("row", _abreast(tables), LOG_PANEL, 50), 72)
+        right = _split("column", _shared("row", plots), _split("row", _shared("row", tables), LOG_PANEL, 50), 72)
     return {
         "configById": panels,
         "globalVariables": {},
@@ -150,23 +143,12 @@ def _plot(title: str, paths: list[tuple[str, str]]) -> dict[str, Any]:
     }
 
 
-def _log() -> dict[str, Any]:
-    return {"foxglovePanelTitle": "log", "topicToRender": topics.LOG, "searchTerms": [], "minLogLevel": 1}
-
-
 def _split(direction: str, first: Any, second: Any, percentage: int) -> dict[str, Any]:
     return {"direction": direction, "first": first, "second": second, "splitPercentage": percentage}
 
 
-def _abreast(panels: list[Any]) -> Any:
-    """Return panels side by side, all of the same width."""
+def _shared(direction: str, panels: list[Any]) -> Any:
+    """Return panels side by side (``row``) or stacked (``column``), all of the same size."""
     if len(panels) == 1:
         return panels[0]
-    return _split("row", panels[0], _abreast(panels[1:]), round(100 / len(panels)))
-
-
-def _stacked(panels: list[str]) -> Any:
-    """Return stacked panels, all of the same height."""
-    if len(panels) == 1:
-        return panels[0]
-    return _split("column", panels[0], _stacked(panels[1:]), round(100 / len(panels)))
+    return _split(direction, panels[0], _shared(direction, panels[1:]), round(100 / len(panels)))

@@ -69,11 +69,7 @@ def motions_from_json(
 ) -> tuple[LiftMotion, ...]:
     """Return the motions of a log.
 
-    Args:
-        data: What :func:`motions_to_json` returned.
-        samples: The samples by lift.
-        name: Its source, for messages.
-        partial: Leave out motions whose samples were lost, instead of raising an error.
+    ``name``: its source, for messages; ``partial``: leave out motions whose samples were lost.
 
     Raises:
         LogFileError: If it is damaged or does not fit the samples.

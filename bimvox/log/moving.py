@@ -59,12 +59,7 @@ def times_of(record: PlanLog) -> tuple[LiftTimes, ...]:
 
 
 def lift_rows(record: PlanLog, motion: LiftMotion) -> list[Rows]:
-    """Return the messages of every sample of one lift's motion: frames, load, joints, commands.
-
-    Args:
-        record: The plan.
-        motion: One of its motions.
-    """
+    """Return the messages of every sample of one lift's motion: frames, load, joints, commands."""
     site = record.plan.site
     (lift,) = (lift for lift in record.planned if lift.order == motion.order)
     return [rows for topic in _moving_rows(site, LogRate.FULL, lift, motion) for rows in topic]
@@ -73,9 +68,7 @@ def lift_rows(record: PlanLog, motion: LiftMotion) -> list[Rows]:
 def lift_streams(record: PlanLog, workers: Workers = ALONE) -> Iterator[Iterator[Timed | Rows]]:
     """Yield the streams of what is about lifts: paths, each topic of each crane, and the exact samples.
 
-    Args:
-        record: The plan.
-        workers: Make the messages of lifts ahead.
+    ``workers`` make the messages of lifts ahead.
     """
     site = record.plan.site
     if not record.motions:
@@ -209,13 +202,7 @@ def _joints_form(crane: TowerCrane) -> Form:
 
 
 def path_message(site: Site, lift: Lift, time_ns: int) -> Timed:
-    """Return the message of a planned lift's path.
-
-    Args:
-        site: The site.
-        lift: The lift.
-        time_ns: Its time.
-    """
+    """Return the message of a planned lift's path."""
     assert lift.path_vox is not None
     corners_m = site.frame.corner_of(lift.path_vox)
     poses = _poses_form().serialized(np.zeros(len(corners_m), np.int64), corners_m)

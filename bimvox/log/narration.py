@@ -32,11 +32,7 @@ def log_messages(
 ) -> Iterator[tuple[int, str, Any]]:
     """Yield the messages of ``/log``: at the start those about the whole plan, then each lift as it begins.
 
-    Args:
-        record: The plan.
-        tracks: The tracks of its loads.
-        start_ns: When it starts.
-        remarks: What a person should look at; notes are left out.
+    Remarks that are notes are left out.
     """
     site, plan = record.plan.site, record.plan
     lifts, names = record.all_lifts, names_by_id(site)

@@ -40,9 +40,15 @@ def plan_to_json(plan: LiftPlan, context: Collection[Lift] = ()) -> bytes:
         "unheld": list(plan.unheld),
     }
     if plan.history:
-        document["history"] = [_epoch_to_json(epoch) for epoch in plan.history]
+        document["history"] = [
+            {
+                "until_ns": epoch.until_ns,
+                "obstructions": [{"id": one.id, "cells": one.cells.tolist()} for one in epoch.obstructions],
+            }
+            for epoch in plan.history
+        ]
     lifts = []
-    for lift, carried in sorted(marked, key=_order):
+    for lift, carried in sorted(marked, key=lambda entry: entry[0].order):
         component = plan.site.components[lift.component]
         crane = plan.site.crane_of(component)
         sling_m = None if crane is None else crane.sling_m
@@ -69,12 +75,8 @@ def plan_from_json(
 ) -> tuple[LiftPlan, tuple[Lift, ...]]:
     """Return the plan of a log, and the lifts that the log does not carry.
 
-    Args:
-        data: What :func:`plan_to_json` returned.
-        site: The site that it belongs to.
-        paths: (N, 3) int32 reference cells by lift order.
-        name: Its source, for messages.
-        partial: Accept planned lifts without a path (of a recovered log), as not carried.
+    ``paths``: (N, 3) int32 reference cells by lift order; ``name``: its source, for messages; ``partial``: accept
+    planned lifts without a path (of a recovered log), as not carried.
 
     Raises:
         LogFileError: If it is damaged or does not fit the site or the paths.
@@ -119,11 +121,6 @@ def _read(
     return LiftPlan(site, tuple(carried), clashes, notes, unheld, history), tuple(context)
 
 
-def _epoch_to_json(epoch: Epoch) -> dict[str, Any]:
-    obstructions = [{"id": blocker.id, "cells": blocker.cells.tolist()} for blocker in epoch.obstructions]
-    return {"until_ns": epoch.until_ns, "obstructions": obstructions}
-
-
 def _epoch_from_json(record: Any, site: Site, where: str) -> Epoch:
     if not isinstance(record, dict) or type(record.get("until_ns")) is not int:
         raise DecodeError(f"{where}: not a time and obstructions")
@@ -148,10 +145,6 @@ def _cells(value: Any, where: str) -> NDArray[np.int32]:
     cells = np.array(value, np.int32).reshape(-1, 3)
     cells.flags.writeable = False
     return cells
-
-
-def _order(entry: tuple[Lift, bool]) -> int:
-    return entry[0].order
 
 
 @lru_cache(maxsize=2 * LIFTS_KEPT)

@@ -34,9 +34,6 @@ _NEEDED = frozenset((topics.PLANNED, topics.MOTIONS, topics.EVENTS, topics.CARRI
 def read_log(path: Path | str) -> PlanLog:
     """Return the content of a log.
 
-    Args:
-        path: A log written by ``write_log``.
-
     Raises:
         LogFileError: If it is missing, empty, not a bimvox log, truncated or damaged; the message says which, and how
             to recover the rest.
@@ -101,15 +98,11 @@ def _assemble(contents: Contents, metadata: dict[str, str], path: Path, *, parti
         carried_out=None if partial else carried_out_of(contents, site, path),
         rate=rate,
     )
-    return _whole_lifts_only(log) if partial and topics.MOTION_FILE in contents.attachments else log
-
-
-def _whole_lifts_only(log: PlanLog) -> PlanLog:
-    """Keep the planned lifts that have both a path and a motion."""
+    if not partial or topics.MOTION_FILE not in contents.attachments:
+        return log
+    # Of the planned lifts only those that have both a path and a motion.
     timed = {motion.order for motion in log.motions}
-    return log.extract(
-        [lift.order for lift in log.plan.lifts if lift.status is Status.INFEASIBLE or lift.order in timed]
-    )
+    return log.extract([one.order for one in log.plan.lifts if one.status is Status.INFEASIBLE or one.order in timed])
 
 
 def _paths_and_events(

@@ -35,11 +35,8 @@ _BLOCK = 8
 def write_log(stream: BinaryIO, record: PlanLog, site_bytes: bytes | None = None, workers: Workers = ALONE) -> int:
     """Write a log.
 
-    Args:
-        stream: The output; must support ``tell``.
-        record: What to write.
-        site_bytes: Its site as bytes, if ``site_to_bytes`` has been called already.
-        workers: Make the messages of lifts ahead.
+    ``site_bytes``: its site, if ``site_to_bytes`` has been called already; ``workers`` make the messages of lifts
+    ahead.
 
     Returns:
         Number of messages.

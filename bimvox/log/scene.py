@@ -177,11 +177,7 @@ def scene_messages(
 ) -> Iterator[tuple[int, str, Any]]:
     """Yield the messages of ``/scene``: the whole scene at the start, then every change of state at its time.
 
-    Args:
-        site: The site.
-        lifts: All lifts of the plan, including those that the log does not carry.
-        tracks: Tracks of the carried lifts, in order.
-        start_ns: When the log starts.
+    ``lifts``: all of the plan, also those that the log does not carry; ``tracks``: of the carried ones, in order.
     """
     lifts, tracks = tuple(lifts), tuple(tracks)
     scene, starts = SceneUpdates(site, {lift.component: lift for lift in lifts}, {}), StatesAtStarts(lifts, tracks)
@@ -243,11 +239,7 @@ def states_at(
 ) -> dict[int, ConstructionState]:
     """Return the states of all components at a time on the site's clock.
 
-    Args:
-        lifts: All lifts of the plan.
-        motions: Those of its motions whose time is known.
-        tracks: The load tracks of the lifts under way at the time.
-        time_ns: The time.
+    ``tracks`` are those of the lifts under way at the time.
     """
     lifts, ordered = tuple(lifts), sorted(motions, key=lambda motion: (motion.start_ns, motion.order))
     begun = [motion for motion in ordered if motion.start_ns <= time_ns] or ordered[:1]

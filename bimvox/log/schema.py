@@ -218,9 +218,7 @@ def of_first_crane(name: str) -> str:
 def topics_of(cranes: int, *, traffic: bool = False) -> tuple[Topic, ...]:
     """Return the topics of a log of a site with that many cranes.
 
-    Args:
-        cranes: Number of cranes.
-        traffic: Whether with those of ``watch --traffic``.
+    ``traffic``: whether with those of ``watch --traffic``.
     """
     further = (
         replace(topic, name=of_crane(topic.name, number), meaning=f"The same for crane {number + 1}.")

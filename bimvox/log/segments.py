@@ -83,9 +83,7 @@ def first_plan_of(log: PlanLog) -> str:
 def newest(base: PlanLog, segments: Sequence[PlanLog]) -> PlanLog:
     """Return the newest plan.
 
-    Args:
-        base: A whole log.
-        segments: Segments of the same site's plan with higher revisions, ascending.
+    The segments are of the base's plan, with higher revisions, ascending.
 
     Returns:
         The plan after the last segment; lifts pending there are planned, without a path or a motion.

@@ -34,12 +34,7 @@ _COUNTS = frozenset(("seed", "policy_steps"))
 
 
 def check_shown(contents: Contents, log: PlanLog) -> Check:
-    """Check that every message, own attachment and own metadata of a log is what its plan and motions give.
-
-    Args:
-        contents: The log with all its topics.
-        log: Its meaning.
-    """
+    """Check that every message, own attachment and own metadata of a log is what its plan and motions give."""
     check = Check("shown")
     for fault in contents.misleading:
         check.look(False, f"{fault}: other readers show something else")
@@ -210,13 +205,7 @@ def _same_fields(found: Any, wanted: Any) -> bool:
 
 
 def _difference(found: Any, wanted: Any, where: str = "") -> str:
-    """Return the first place where two documents differ.
-
-    Args:
-        found: The one of the log.
-        wanted: The one that the plan gives.
-        where: The place of both in their documents.
-    """
+    """Return the first place where two documents differ."""
     if isinstance(found, dict) and isinstance(wanted, dict):
         if differ := found.keys() ^ wanted.keys():
             return f"{where}.{min(differ)} is in one of them only".lstrip(".")

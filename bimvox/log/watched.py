@@ -25,11 +25,7 @@ def check_watched(check: Check, log: PlanLog) -> None:
     """Check the revision, the clock and the events of a log with its plan and its motions.
 
     What only earlier revisions show (which cells changed, how a load was stopped, when the last change was noticed
-    that left the obstructions as they were) is a claim.
-
-    Args:
-        check: Receives the result.
-        log: The log; its plan is proven.
+    that left the obstructions as they were) is a claim. The plan of the log is proven.
     """
     check.look(log.revision >= 0, f"metadata revision is {log.revision}; revisions count from 0")
     for fault in (*_about_clock(log), *_about_first_plan(log), *_about_pending(log), *_about_events(log)):

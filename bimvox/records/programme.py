@@ -104,12 +104,9 @@ _AT_ONCE = 64
 def added_ns(uncertainty: UncertaintyConfig, lifts: Mapping[Work, Sequence[int]]) -> tuple[int, ...]:
     """Return the working time that the plan takes longer at each of ``PERCENTILES``; negative if it takes less.
 
-    Each lift draws its own factor, triangular between the smallest and the largest of its class; the lifts follow each
-    other, so their times add up.
-
-    Args:
-        uncertainty: The factors by class.
-        lifts: Times of the lifts, ns, by class.
+    Each lift draws its own factor, triangular between the smallest and the largest of its class; the lifts follow
+    each other, so their times add up. ``uncertainty``: the factors by class; ``lifts``: times of the lifts, ns, by
+    class.
     """
     random = np.random.default_rng(uncertainty.seed)
     total: NDArray[np.float64] = np.zeros(uncertainty.samples)

@@ -154,9 +154,7 @@ def needed_by_ns(lifts: Iterable[Lift], motions: Iterable[LiftMotion]) -> dict[i
 def proven_in_words(count: int, claims: int = 0) -> str:
     """Return the verdict about a proven plan.
 
-    Args:
-        count: How many parts are set by other means.
-        claims: How many claims of its log the proof has taken as true.
+    ``count`` parts are set by other means; the proof has taken ``claims`` claims of the log as true.
     """
     words = "proven"
     if claims:

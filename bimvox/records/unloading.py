@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain
 from typing import Final
 
 import numpy as np
@@ -64,18 +63,14 @@ def unloading_s(calendar: CalendarConfig, site: Site, delivery: Sequence[Lift]) 
 def unloading_lifts(site: Site, delivery: Sequence[Lift]) -> tuple[UnloadingLift, ...]:
     """Return how the crane unloads each part of a delivery, in the order of the lifts; none without an access."""
     stored = [(lift.order, site.components[lift.component], lift.in_yard) for lift in delivery]
-    highest_m = max(chain([0.0], (_top_m(site, place) for _, _, place in stored if place is not None)))
+    tops = [place.cell_vox[2] + place.shape.size_vox[2] for _, _, place in stored if place is not None]
+    highest_m = max([0.0, *(float(site.frame.corner_of([0, 0, top])[2]) for top in tops)])
     made = (
         _unloading_lift(site, order, part, place, highest_m + OVER_M)
         for order, part, place in stored
         if place is not None
     )
     return tuple(one for one in made if one is not None)
-
-
-def _top_m(site: Site, place: YardPlace) -> float:
-    """Return the height of the upper side of a stored part."""
-    return float(site.frame.corner_of([0, 0, place.cell_vox[2] + place.shape.size_vox[2]])[2])
 
 
 def _unloading_lift(site: Site, order: int, part: Component, place: YardPlace, over_m: float) -> UnloadingLift | None:

@@ -38,28 +38,21 @@ _TURN = "when it is their turn: after the hook has left the part before, and bef
 def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()) -> tuple[str, ...]:
     """Return the conditions under which a plan that is proven can be relied on.
 
-    Args:
-        plan: The plan.
-        motions: The timed motions of its lifts.
-        context: Lifts of the same plan that it does not contain.
+    ``context``: lifts of the same plan that it does not contain.
     """
     labels = {component.id: name_of(component) for component in plan.site.components}
     lifts = plan.lifts_with(context)
-    every = [*_of_the_obstructions(plan, motions), *_of_the_ground(plan.site), *_of_the_parts(plan, lifts, labels)]
+    earlier = (
+        "lifts are proven against earlier obstructions only, because their parts were set before the current ones came"
+    )
+    every: list[Condition] = [(not_current(plan, motions), earlier), *_of_the_ground(plan.site)]
+    every += _of_the_parts(plan, lifts, labels)
     if plan.site.cranes:
         every += _of_the_lifts(plan, motions)
     return tuple(
         text if about is None else f"{text}: {_names([labels.get(one, one) for one in about])}"
         for about, text in every
         if about is None or about
-    )
-
-
-def _of_the_obstructions(plan: LiftPlan, motions: Sequence[LiftMotion]) -> Iterator[Condition]:
-    """Yield which lifts are proven against the obstructions before the current ones."""
-    yield (
-        not_current(plan, motions),
-        "lifts are proven against earlier obstructions only, because their parts were set before the current ones came",
     )
 
 

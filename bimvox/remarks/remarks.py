@@ -24,12 +24,8 @@ _FAMILIES = (
 def remarks_of(plan: LiftPlan, motions: Collection[LiftMotion], context: Collection[Lift] = ()) -> tuple[Remark, ...]:
     """Return the remarks about a plan, the gravest first; the same plan always gives the same ones.
 
-    Each part has at most one remark of a kind.
-
-    Args:
-        plan: The plan; its values make sense (``bimvox.proof.values``).
-        motions: The timed motions of its lifts; empty without a crane.
-        context: Lifts of the same plan that it does not contain (it is an extract of a log).
+    Each part has at most one remark of a kind. The values of the plan make sense (``bimvox.proof.values``); there
+    are no motions without a crane; ``context`` are lifts of the same plan that it does not contain.
     """
     subject = Subject(plan, tuple(motions), tuple(context))
     found = [remark for family in _FAMILIES for remark in family(subject)]

@@ -163,9 +163,7 @@ def late(tasks: Iterable[TaskDates]) -> tuple[Remark, ...]:
     )
     if not found:
         return ()
-    named = listed((f"{task.task.path} ({_days(days)})" for days, task in found), _MOST_NAMED)
+    named = listed(
+        (f"{task.task.path} ({days:,} working day{'' if days == 1 else 's'})" for days, task in found), _MOST_NAMED
+    )
     return (table.LATE(late=len(found), count=len(tasks), named=named),)
-
-
-def _days(days: int) -> str:
-    return f"{days:,} working day{'' if days == 1 else 's'}"

@@ -53,9 +53,7 @@ class Outbox:
     def add(self, message: Message, at_once: int) -> None:
         """Put a message about something that moves in the place of those of earlier moments.
 
-        Args:
-            message: The message.
-            at_once: How many messages of one topic belong to one moment: one for each crane.
+        ``at_once``: how many messages of one topic belong to one moment, one for each crane.
         """
         waiting = self._moving.pop(message.topic, [])
         same_moment = [one for one in waiting if one.time_ns == message.time_ns]

@@ -215,10 +215,7 @@ def read_file(path: Path) -> bytes:
 def read_contents(data: bytes, name: Path | str, topics: frozenset[str] | None = None) -> Contents:
     """Return the contents of a sound log; every checksum is verified.
 
-    Args:
-        data: The file's bytes.
-        name: Its name, for messages.
-        topics: Keep only messages on these, and on the corresponding ones of further cranes; None keeps all.
+    Kept are the messages on ``topics`` and on the corresponding ones of further cranes; None keeps all.
 
     Raises:
         LogFileError: If it is not an MCAP file, is truncated, or any byte was changed.

@@ -129,11 +129,7 @@ class McapFile:
     ) -> None:
         """Write consecutive messages, with the same result as ``message`` for each.
 
-        Args:
-            channels: (N,) their channels.
-            sequences: (N,) their sequence numbers.
-            times_ns: (N,) their times.
-            data: N serialized messages.
+        Each has its channel, its sequence number and its time ((N,) each).
         """
         end = np.cumsum(data.size + _MESSAGE.size)
         if not len(end):

@@ -190,7 +190,8 @@ _REVISION = Record(
     ("lifts", Several(LIFT), "All lifts in their order.", lambda _, made: made.lifts),
     (
         "obstructions", Several(_STANDING), "Its obstructions.",
-        lambda it, made: [boxes_record(it.plan.site, blocker, made.blob) for blocker in _obstructions(it.plan.site)],
+        lambda it, made: [boxes_record(it.plan.site, blocker, made.blob) for blocker in it.plan.site.blockers
+                          if blocker.kind == "obstruction"],
     ),
     (
         "obstruction_notes", tuple[str, ...], "Notes about them.",
@@ -453,11 +454,6 @@ def standing(site: Site) -> tuple[Blocker, ...]:
         or (blocker.kind == "crane" and not site.cranes)
         or (n == 0 and bool((blocker.cells[:, 2] > 0).any()))
     )
-
-
-def _obstructions(site: Site) -> tuple[Blocker, ...]:
-    """Return the obstructions."""
-    return tuple(blocker for blocker in site.blockers if blocker.kind == "obstruction")
 
 
 def boxes_record(site: Site, blocker: Blocker, blob: Blob) -> dict[str, Any]:

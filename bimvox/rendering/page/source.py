@@ -67,11 +67,8 @@ def verdict_of(
 ) -> Verdict:
     """Return the verdict about a plan.
 
-    Args:
-        proof: The proof; None if none was made.
-        remarks: The remarks.
-        carried: Number of lifts that the log carries.
-        lifts: All lifts of the plan.
+    ``carried``: number of lifts that the log carries; ``lifts``: all of the plan. The proof is None if none was
+    made.
     """
     verified = proof is not None and proof.verified
     found = _light_of(remarks)

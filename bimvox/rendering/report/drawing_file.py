@@ -27,9 +27,7 @@ _KEY_PX = (28.0, 12.0)
 def drawing_file(drawing: dict[str, Any], name: str) -> bytes:
     """Return the drawing of a site as SVG; on paper it is as large as its scales say.
 
-    Args:
-        drawing: From ``site_drawing.drawing_of_site``.
-        name: Name of the site.
+    ``drawing``: from ``site_drawing.drawing_of_site``; ``name``: of the site.
     """
     one = shows_all(drawing)
     details = (False,) if one else (False, True)

@@ -5,7 +5,7 @@ Of more lifts than a page has room for, a row is a storey and a class, with the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from datetime import datetime
 from itertools import groupby
 from typing import Any
@@ -190,34 +190,26 @@ def _rows_of(lifts: Sequence[dict[str, Any]]) -> list[tuple[str, list[dict[str, 
 
     Rows are in the order of their first lifts.
     """
-    for key in (_storey_and_class, _storey):
-        rows = list(_grouped(lifts, key))
+
+    def storey(lift: dict[str, Any]) -> str:
+        return str(lift["storey"] or "no storey")
+
+    def storey_and_class(lift: dict[str, Any]) -> str:
+        return f"{storey(lift)}, {str(lift['ifc_class']).removeprefix('Ifc').lower() or 'parts'}"
+
+    for key in (storey_and_class, storey):
+        found: dict[str, list[dict[str, Any]]] = {}
+        for lift in lifts:
+            found.setdefault(key(lift), []).append(lift)
+        rows = list(found.items())
         if len(rows) <= ROWS:
             return rows
     each = -(-len(rows) // ROWS)
     spans = [rows[first : first + each] for first in range(0, len(rows), each)]
-    return [(_span(span), [lift for _, own in span for lift in own]) for span in spans]
-
-
-def _grouped(
-    lifts: Sequence[dict[str, Any]], key: Callable[[dict[str, Any]], str]
-) -> Iterator[tuple[str, list[dict[str, Any]]]]:
-    found: dict[str, list[dict[str, Any]]] = {}
-    for lift in lifts:
-        found.setdefault(key(lift), []).append(lift)
-    yield from found.items()
-
-
-def _storey(lift: dict[str, Any]) -> str:
-    return str(lift["storey"] or "no storey")
-
-
-def _storey_and_class(lift: dict[str, Any]) -> str:
-    return f"{_storey(lift)}, {str(lift['ifc_class']).removeprefix('Ifc').lower() or 'parts'}"
-
-
-def _span(rows: Sequence[tuple[str, list[dict[str, Any]]]]) -> str:
-    return rows[0][0] if len(rows) == 1 else f"{rows[0][0]} to {rows[-1][0]}"
+    return [
+        (span[0][0] if len(span) == 1 else f"{span[0][0]} to {span[-1][0]}", [lift for _, own in span for lift in own])
+        for span in spans
+    ]
 
 
 def _days_of(lifts: Sequence[dict[str, Any]]) -> list[tuple[str, float, int]]:

@@ -59,7 +59,10 @@ def _crane(
     own = [
         ("Crane", f"<b>{escape(machine['name'])}</b>, foot at x, y, z {base} m"),
         ("Machine", escape(machine["machine"]) if machine["machine"] != machine["name"] else ""),
-        ("Override", _overrides(machine["overrides"])),
+        (
+            "Override",
+            escape("; ".join(f"{o['key']}: {o['site']} instead of {o['catalogue']}" for o in machine["overrides"])),
+        ),
         ("Luffing", _luffing_words(machine["luffing"])),
         ("Jib", f"{jib}, hook from {machine['min_radius_m']:.4g} m"),
         (
@@ -147,12 +150,6 @@ def _wind(rules: dict[str, Any], lifts: Sequence[dict[str, Any]]) -> str:
         if waiting:
             words.append(f"{waiting:,} lifts wait for less than is planned")
     return "; ".join(words)
-
-
-def _overrides(found: Sequence[dict[str, str]]) -> str:
-    """Return what the site file changes in the machine; empty if it changes nothing."""
-    changed = (f"{one['key']}: {one['site']} instead of {one['catalogue']}" for one in found)
-    return escape("; ".join(changed))
 
 
 def _working_range(given: dict[str, Any]) -> str:

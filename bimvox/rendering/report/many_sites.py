@@ -26,11 +26,7 @@ Row = Mapping[str, Any]
 
 
 def many_sites_page(rows: Sequence[Row]) -> bytes:
-    """Return the page, UTF-8; it makes no network requests and runs no scripts.
-
-    Args:
-        rows: The sites, in the order of the table.
-    """
+    """Return the page, UTF-8; it makes no network requests and runs no scripts."""
     failed = sum(one["status"] == "failed" for one in rows)
     verified = all(one["verified"] for one in rows)
     words = (
@@ -105,9 +101,7 @@ _Plan = Mapping[str, Any]
 def many_plans_page(rows: Sequence[_Plan], files: Mapping[str, Mapping[str, str]]) -> bytes:
     """Return the page, UTF-8; it makes no network requests and runs no scripts.
 
-    Args:
-        rows: The runs, in the order of the table.
-        files: By run, the names of its files in the page's folder by what they are.
+    ``files``: by run, the names of its files in the page's folder by what they are.
     """
     title = counted(len(rows), "plan")
     lead = "One row a run, in the order of summary.csv, which has more columns."

@@ -90,13 +90,17 @@ def plan_parts(drawing: dict[str, Any], *, detail: bool = False, named: bool = F
     parts += [sheet.path(one["outline"], "area obstruction", tip(one["id"])) for one in drawing["obstructions"]]
     survey, values = survey_lines(sheet, drawing["survey"])
     parts += survey
-    placed = _room_for_labels(sheet)
+    width, height = sheet.size_px
+    placed = Placed((MARGIN_PX, MARGIN_PX, width - MARGIN_PX, height - MARGIN_PX))
     for value in values:
         placed.keep_clear(value)
     for crane in drawing["cranes"]:
         towards_rad = _free_direction(drawing, crane)
         parts += _crane_on_plan(sheet, crane, towards_rad)
-        _put_crane(placed, sheet, crane, towards_rad, detail=detail)
+        # The name with its coordinates, and the capacities at the radii; a detail does not show every one.
+        placed.put(_crane_names(sheet, crane, towards_rad), needed=not detail)
+        for radius_m, mass_kg in crane["rings"]:
+            placed.put(_ring_labels(sheet, crane, towards_rad, radius_m, mass_kg), needed=not detail)
     for one in drawing["distances_m"] if whole else ():
         parts.append(_dimension(sheet, one))
         placed.put(_dimension_labels(sheet, one), needed=True)
@@ -131,11 +135,6 @@ def _sheet_of(drawing: dict[str, Any], *, detail: bool) -> Sheet:
     return replace(sheet, low_m=(x0 - more_m, y0), high_m=(x1 + more_m, y1))
 
 
-def _room_for_labels(sheet: Sheet) -> Placed:
-    width, height = sheet.size_px
-    return Placed((MARGIN_PX, MARGIN_PX, width - MARGIN_PX, height - MARGIN_PX))
-
-
 def _clipped(sheet: Sheet, parts: Sequence[str]) -> list[str]:
     """Return what lies inside the sheet's margins."""
     width, height = sheet.size_px
@@ -157,16 +156,6 @@ def _crane_on_plan(sheet: Sheet, crane: dict[str, Any], towards_rad: float) -> l
         parts.append(line(sheet.at((x, y)), sheet.at(end), "range"))
     mast = [(x - half, y - half), (x + half, y - half), (x + half, y + half), (x - half, y + half)]
     return [*parts, sheet.path([mast], "mast", tip(crane["name"]))]
-
-
-def _put_crane(placed: Placed, sheet: Sheet, crane: dict[str, Any], towards_rad: float, *, detail: bool) -> None:
-    """Add the crane's name with its coordinates, and the capacities at the radii, next to the jib as far as possible.
-
-    A detail does not show every radius.
-    """
-    placed.put(_crane_names(sheet, crane, towards_rad), needed=not detail)
-    for radius_m, mass_kg in crane["rings"]:
-        placed.put(_ring_labels(sheet, crane, towards_rad, radius_m, mass_kg), needed=not detail)
 
 
 def _ring_labels(

@@ -46,9 +46,7 @@ _VALUES = ("policy", "policy_steps", "seed", "bimvox", "schema_version")
 def record_of(revision: Revision, *, critical_share: float | None = None) -> dict[str, Any]:
     """Return the record of a plan, as JSON values.
 
-    Args:
-        revision: The plan as its log holds it.
-        critical_share: Share of the capacity from which a lift is critical, 0..1; None takes the site's rules.
+    ``critical_share``: share of the capacity from which a lift is critical, 0..1; None takes the site's rules.
 
     Returns:
         ``log, project, site, crane, drawing, method, support, out_of_service, survey, blind, rigs, gear, totals,
@@ -66,6 +64,9 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
     names = {order: rig["name"] for rig in rigs for order in rig["orders"]}
     lifts = [lift | {"rig": names.get(lift["order"])} for lift in lifts]
     drawing = drawing_of(revision)
+    # What the site file in the log states about project and people; None for what it does not state.
+    project = (revision.config and revision.config.project) or ProjectConfig()
+    lowest = least_height_m(Subject(revision.plan, tuple(revision.motions), tuple(revision.context)))
     critical = sorted((lift for lift in lifts if lift["critical"]), key=_most_used)
     return {
         "format": FORMAT,
@@ -76,14 +77,10 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
             "extract": bool(revision.context),
             "recovered": revision.metadata.get("recovered") == "true",
         },
-        "project": _project(revision),
-        "site": _site(site) | {"least_height": _least_height(revision)},
+        "project": {**project.model_dump(mode="json"), "issue": project.issue},
+        "site": _site(site) | {"least_height": lowest and dict(zip(("height_m", "part", "over"), lowest, strict=True))},
         "crane": _crane(revision, 0) if site.cranes else None,
-        **(
-            {"other_cranes": [_crane(revision, n) for n in range(1, len(site.cranes))]}
-            if site.has_several_cranes
-            else {}
-        ),
+        **({"other_cranes": [_crane(revision, n) for n in others]} if (others := range(1, len(site.cranes))) else {}),
         "drawing": drawing,
         "method": method_of(revision),
         "blind": blind_lifts(revision),
@@ -115,12 +112,6 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
             *revision.plan.notes,
         ],
     }
-
-
-def _project(revision: Revision) -> dict[str, Any]:
-    """Return what the site file in the log states about project and people; None for what it does not state."""
-    given = (revision.config and revision.config.project) or ProjectConfig()
-    return {**given.model_dump(mode="json"), "issue": given.issue}
 
 
 def _lift(revision: Revision, lift: Lift, motion: LiftMotion | None, critical_share: float) -> dict[str, Any]:
@@ -173,12 +164,6 @@ def _site(site: Site) -> dict[str, Any]:
         "prohibited_m2": 0.0 if site.prohibited is None else float(np.count_nonzero(site.prohibited)) * size_m**2,
         "rules": _values(site.rules, *_RULES),
     }
-
-
-def _least_height(revision: Revision) -> dict[str, Any] | None:
-    """Return how low a load is carried at the lowest, and over what; None without a crane."""
-    found = least_height_m(Subject(revision.plan, tuple(revision.motions), tuple(revision.context)))
-    return None if found is None else dict(zip(("height_m", "part", "over"), found, strict=True))
 
 
 def _crane(revision: Revision, number: int) -> dict[str, Any]:

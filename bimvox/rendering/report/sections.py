@@ -33,7 +33,7 @@ def heading(record: dict[str, Any]) -> str:
 def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
     """Return terms and their values, escaped."""
     totals = record["totals"]
-    highest, travel = totals["highest_utilisation"], totals["hook_travel_m"]
+    highest, travel, dates = totals["highest_utilisation"], totals["hook_travel_m"], totals["calendar"]
     ratio = totals["compared_moves"] / totals["shortest_moves"] if totals["shortest_moves"] else None
 
     def count(key: str) -> str:
@@ -46,7 +46,7 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
     return [
         ("Lifts", f"{count('planned')} of {count('lifts')} parts planned, {count('infeasible')} infeasible"),
         ("Total time", f"{whole}{nominal}"),
-        ("Dates", _dates(totals["calendar"])),
+        ("Dates", escape(f"{dates['begins_in_words']} to {dates['ends_in_words']}") if dates else ""),
         ("Elapsed", _elapsed(totals)),
         ("Load in transit", number(totals["carrying_s"] or None, span(totals["carrying_s"]), "carrying_s")),
         ("Cranes", _cranes(totals["cranes"], totals["total_s"]) if "cranes" in totals else ""),
@@ -63,11 +63,6 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
         ("Paths found", ", ".join(_method(method) for method in record["methods"])),
         ("Length of paths", f"{number(ratio, fixed(ratio, 3), 'moves_ratio')} of the shortest" if ratio else ""),
     ]
-
-
-def _dates(calendar: dict[str, Any] | None) -> str:
-    """Return when work begins and ends, if its start is known."""
-    return escape(f"{calendar['begins_in_words']} to {calendar['ends_in_words']}") if calendar else ""
 
 
 def _elapsed(totals: dict[str, Any]) -> str:

@@ -27,6 +27,7 @@ _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 1040.0, 400.0, 76.0, 30.0, 18.0,
 _STEPS_H = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 _STEPS_COST = tuple(step * 10**n for n in range(1, 8) for step in (1.0, 2.0, 5.0))
 _DEAR = 1.25
+_LEGEND = "Filled: planned, of the front. Triangle: the given set-up. Hollow: planned, beaten. Small: estimates alone."
 _COLUMNS = (
     "set-up", "place", "yard,\ntruckload", "parts\nrefused", "crane\nhours", "of them\nmoving", "critical\nlifts",
     "highest\nutilisation", "cost", "files", "why not",
@@ -56,7 +57,7 @@ def set_ups_page(
     body = [
         tag("header", tag("div", tag("h1", f"{escape(name)}: set-ups") + paragraph(tried, "faint")) + chip),
         terms(_answers(front, given, currency, document["least_moving_hours"], document["least_cost"])),
-        section("Hours and cost", tag("div", _chart(document, estimates), "wide"), _legend()),
+        section("Hours and cost", tag("div", _chart(document, estimates), "wide"), paragraph(_LEGEND, "faint")),
         section("Planned set-ups", tag("div", _planned(document), "wide")),
         section("Drawings", tag("div", "".join(one.html() for one in drawings), "pictures")),
         section("Places of the crane", heat.html()),
@@ -182,13 +183,6 @@ def _losers(estimates: Sequence[Mapping[str, str]]) -> str:
 
 def _machines(one: Mapping[str, str]) -> str:
     return f"{one['machine']} and {one['second']}" if one["second"] else one["machine"]
-
-
-def _legend() -> str:
-    words = (
-        "Filled: planned, of the front. Triangle: the given set-up. Hollow: planned, beaten. Small: estimates alone."
-    )
-    return paragraph(words, "faint")
 
 
 def _chart(document: Mapping[str, Any], estimates: Sequence[Mapping[str, str]]) -> str:

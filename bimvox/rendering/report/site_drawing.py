@@ -40,12 +40,9 @@ def drawing_of_site(config: SiteConfig, building: Building) -> dict[str, Any]:
     """Return what the plan of a site shows, with the keys of ``site_plan.drawing_of`` but without lifts.
 
     Also ``parts`` (outlines from above, each once), ``heavy`` parts (``number``, ``name``, ``mass_kg``, ``plan``,
-    ``at_m``), named ``zones`` (``name``, ``at_m``), ``lifted``, the number of parts that cranes lift, and ``ground``,
-    its height in the model, and why.
-
-    Args:
-        config: The site file, complete, in the site's frame.
-        building: As read.
+    ``at_m``), named ``zones`` (``name``, ``at_m``), ``lifted``, the number of parts that cranes lift, and
+    ``ground``, its height in the model, and why. The site file is complete, in the site's frame; the building is as
+    read.
 
     Raises:
         ConfigError: If the site file does not fit the building.
@@ -68,7 +65,7 @@ def drawing_of_site(config: SiteConfig, building: Building) -> dict[str, Any]:
         "obstructions": [],
         "structure": outlines_of([one.mesh for one in structure], (PLAN,)),
         "storeys": storeys,
-        "parts": _each_once(outlines.values()),
+        "parts": list({str(one): one for one in outlines.values() if one}.values()),  # storeys repeat their parts
         "heavy": _heavy(lifted, cranes, outlines),
         "lifted": len(lifted),
         "ground": (config.model.ground_m, ground_why(config, building)),
@@ -110,11 +107,6 @@ def _extent_m(config: SiteConfig, placed: Building, cranes: Sequence[TowerCrane]
     plan = np.array(points, np.float64)
     low, high = plan.min(axis=0) - _ROOM_M, plan.max(axis=0) + _ROOM_M
     return [rounded((*low, built[0, 2])), rounded((*high, built[1, 2]))]
-
-
-def _each_once(outlines: Iterable[list[Any]]) -> list[Any]:
-    """Return outlines without repetitions: storeys repeat their parts."""
-    return list({str(one): one for one in outlines if one}.values())
 
 
 def _heavy(

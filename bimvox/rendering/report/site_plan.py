@@ -209,7 +209,11 @@ def fall_zone(site: Site, track: LoadTrack) -> BaseGeometry:
     for first, last in _runs(np.diff(reach_m) == 0.0):
         line = _path(middle_m[first : last + 1, :2])
         wide_m = float(reach_m[first : last + 1].max()) + _SIMPLE_M
-        zones.append(shapely.MultiPoint(line).convex_hull.buffer(wide_m) if len(line) < 3 else _wide(line, wide_m))
+        zones.append(
+            shapely.MultiPoint(line).convex_hull.buffer(wide_m)
+            if len(line) < 3
+            else shapely.LineString(line).buffer(wide_m, quad_segs=8)
+        )
     return shapely.union_all(zones)
 
 
@@ -245,10 +249,6 @@ def _runs(same: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
             last += 1
         yield first, last
         first = last
-
-
-def _wide(line: _Floats, wide_m: float) -> BaseGeometry:
-    return shapely.LineString(line).buffer(wide_m, quad_segs=8)
 
 
 def _path(points: _Floats) -> _Floats:

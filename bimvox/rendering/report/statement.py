@@ -102,7 +102,11 @@ def _limits(record: dict[str, Any]) -> list[tuple[str, str]]:
         ("Foundation", _stated(project["foundation"])),
         ("Ground", _stated(project["ground"])),
         *((words, _stated(project[key])) for key, words in _ON_SITE.items()),
-        ("Slings, shackles", _gear(record)),
+        (
+            "Slings, shackles",
+            ("as in the section Rigging;" if record["rigs"] else "working load limits, leg angles,")
+            + f" certificates: {_BLANK}",
+        ),
     ]
 
 
@@ -114,12 +118,6 @@ def _permitted(record: dict[str, Any]) -> str:
     if most == 1.0:
         return f"{limit}: the site file gives no lower limit ([rules] highest_utilisation){planned}"
     return f"{limit}, by [rules] highest_utilisation: a part that needs more is refused{planned}"
-
-
-def _gear(record: dict[str, Any]) -> str:
-    if record["rigs"]:
-        return f"as in the section Rigging; certificates: {_BLANK}"
-    return f"working load limits, leg angles, certificates: {_BLANK}"
 
 
 def _cranes(record: dict[str, Any]) -> list[dict[str, Any]]:

@@ -168,9 +168,7 @@ _ZONE = {
 def survey_of(revision: Revision, areas: dict[str, Any]) -> dict[str, Any] | None:
     """Return what is set out, in map coordinates: ``set_out`` with ``crs``; None if the model has no map conversion.
 
-    Args:
-        revision: The plan.
-        areas: The outlines of the drawing, for areas that the site file leaves to be chosen.
+    ``areas``: the outlines of the drawing, for areas that the site file leaves to be chosen.
     """
     site = revision.plan.site
     to_map = map_of_model(revision.metadata.get(_GEOREFERENCE, ""), site.source)
@@ -198,7 +196,9 @@ def survey(record: dict[str, Any]) -> str:
     access = found.get("access", [])
     rings += [("access" if len(access) == 1 else f"access {n}", one) for n, one in enumerate(access, 1)]
     rings += [("construction area", found["construction"])] if found["construction"] else []
-    rings += [(_zone(n, one), one["corners"]) for n, one in enumerate(found["zones"], 1)]
+    rings += [
+        (f"zone {n}: {one['name'] or _ZONE[one['kind']]}", one["corners"]) for n, one in enumerate(found["zones"], 1)
+    ]
     points += [(name, str(n), at) for name, ring in rings for n, at in enumerate(ring, 1)]
     rows = [
         row([escape(name), corner, *(number(value, f"{value:.3f}", key) for key, value in zip("ENH", at, strict=True))])
@@ -211,10 +211,6 @@ def survey(record: dict[str, Any]) -> str:
     )
     shown = table(("Point", "Corner", "E m", "N m", "H m"), rows, class_="words narrow", id_="survey-points")
     return section("Setting out", paragraph(about, "faint"), tag("div", shown, "wide"), id="survey")
-
-
-def _zone(number_: int, zone: dict[str, Any]) -> str:
-    return f"zone {number_}: {zone['name'] or _ZONE[zone['kind']]}"
 
 
 # Out of service: how a crane is left, the circle that it needs, what stands in it, and from which wind on.
