@@ -13,8 +13,8 @@ from bimvox.log.bundle import site_to_bytes
 from bimvox.log.carried_out import carried_out_rows, carried_out_to_json
 from bimvox.log.codec import steps_to_json
 from bimvox.log.layout import layout_bytes
-from bimvox.log.mcap.channels import LogWriter
 from bimvox.log.mcap.packed import Block, Rows, Timed, merged
+from bimvox.log.mcap.writer import LogWriter
 from bimvox.log.motion_json import motions_to_json
 from bimvox.log.moving import lift_streams, times_of
 from bimvox.log.narration import OWN_EVENTS, event_messages, log_messages

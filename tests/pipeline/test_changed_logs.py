@@ -20,9 +20,9 @@ from google.protobuf.message import Message
 from bimvox.errors import LogFileError
 from bimvox.library.verify import prove
 from bimvox.log import schema as topics
-from bimvox.log.mcap.channels import LogWriter
 from bimvox.log.mcap.form_check import form_faults
 from bimvox.log.mcap.reader import read_contents
+from bimvox.log.mcap.writer import LogWriter
 from bimvox.log.reader import log_of
 from bimvox.log.recorder import write_log
 from bimvox.progress import SilentProgress

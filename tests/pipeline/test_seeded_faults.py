@@ -27,8 +27,8 @@ from bimvox.library.verify import prove_plan
 from bimvox.log import schema as topics
 from bimvox.log.codec import steps_to_json
 from bimvox.log.crane_command import CraneCommandMessage
-from bimvox.log.mcap.channels import LogWriter
 from bimvox.log.mcap.reader import read_contents, read_file
+from bimvox.log.mcap.writer import LogWriter
 from bimvox.log.motion_message import LiftMotionMessage, Samples, add_samples, column_of
 from bimvox.log.plan_log import LogEvent, PlanLog, with_full_rate
 from bimvox.log.reader import read_log

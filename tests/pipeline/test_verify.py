@@ -17,8 +17,8 @@ from bimvox.library.plan import digests_of
 from bimvox.library.plan_value import Plan, write_log_file
 from bimvox.log import schema as topics
 from bimvox.log.crane_command import CraneCommandMessage
-from bimvox.log.mcap.channels import LogWriter
 from bimvox.log.mcap.reader import read_contents, read_file
+from bimvox.log.mcap.writer import LogWriter
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 from bimvox.proof.motion import UNITS

@@ -24,8 +24,8 @@ from mcap.records import Metadata
 from mcap.stream_reader import MAGIC_SIZE
 
 from bimvox.log import schema as topics
-from bimvox.log.mcap.channels import RECORD_HEAD, LogWriter
 from bimvox.log.mcap.packed import Rows, Timed
+from bimvox.log.mcap.writer import RECORD_HEAD, LogWriter
 from bimvox.log.moving import lift_rows, path_message
 from bimvox.log.narration import event_messages
 from bimvox.log.plan_log import PlanLog

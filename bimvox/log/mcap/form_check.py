@@ -34,8 +34,8 @@ from mcap.records import (
 from mcap.stream_reader import MAGIC_SIZE
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
-from bimvox.log.mcap.channels import LIBRARY, RECORD_HEAD
 from bimvox.log.mcap.reader import chunk_body, chunk_records
+from bimvox.log.mcap.writer import LIBRARY, RECORD_HEAD
 from bimvox.log.schema import MEDIA_TYPES, MOST_CRANES, OTHER_MEDIA_TYPE, topics_of
 
 _CHECKSUM = struct.Struct("<I")

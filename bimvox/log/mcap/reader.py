@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from bimvox.errors import LogFileError
 from bimvox.files import read_input
-from bimvox.log.mcap.channels import LIBRARY, RECORD_HEAD
+from bimvox.log.mcap.writer import LIBRARY, RECORD_HEAD
 from bimvox.log.schema import channel_numbers, of_first_crane
 
 RECOVER_HINT = "bimvox export --recover FILE saves every complete part of a damaged log"

@@ -10,7 +10,7 @@ import seeded_faults as faults
 
 from bimvox.log.plan_log import PENDING, LogEvent, PlanLog
 from bimvox.log.segments import FIRST_PLAN, NOW_NS, REPLAN_EVENT, first_plan_of, segment_of
-from bimvox.log.watched import check_watched
+from bimvox.log.shown import check_watched
 from bimvox.records.lift import Epoch
 from bimvox.records.motion import PhaseName
 from bimvox.records.proof import Check
