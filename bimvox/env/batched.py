@@ -116,9 +116,7 @@ class Rows:
 
     Each has its own random generator, so results do not depend on the number of threads.
 
-    Args:
-        count: N.
-        threads: Number of threads.
+    ``count``: N.
     """
 
     def __init__(self, count: int, threads: int) -> None:

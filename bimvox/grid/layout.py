@@ -61,9 +61,7 @@ def write_archive(stream: BinaryIO, members: Iterable[tuple[str, bytes]]) -> Non
 class Archive(Mapping[str, bytes]):
     """The members of a ZIP file, each read on access; check ``size_of`` first.
 
-    Args:
-        stream: The file, which can seek.
-        name: Its name, for messages.
+    ``stream``: the file, which can seek.
 
     Raises:
         GridFileError: If it is not a ZIP file, is damaged, or its members claim more bytes than the file has.

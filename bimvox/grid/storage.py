@@ -274,10 +274,7 @@ Member = tuple[str, bytes]
 def write_grid(grid: VoxelGrid, stream: BinaryIO, *, threads: int = 1) -> None:
     """Write a grid as a ``.zarr.zip`` file; equal grids give equal bytes.
 
-    Args:
-        grid: The grid.
-        stream: Where to write it.
-        threads: Number of chunks compressed in parallel; the bytes do not depend on it.
+    ``threads``: number of chunks compressed in parallel; the bytes do not depend on it.
     """
     write_archive(stream, _members(grid, threads))
 
@@ -285,10 +282,7 @@ def write_grid(grid: VoxelGrid, stream: BinaryIO, *, threads: int = 1) -> None:
 def read_grid(stream: BinaryIO, name: str, *, cell_limit: int = CELL_LIMIT) -> VoxelGrid:
     """Return the grid of a ``.zarr.zip`` file; damaged and malicious files are refused before memory is allocated.
 
-    Args:
-        stream: The file, which can seek.
-        name: Its name, for messages.
-        cell_limit: Most cells that are accepted.
+    ``stream``: the file, which can seek; ``cell_limit``: most cells that are accepted.
 
     Raises:
         GridFileError: If a key is wrong; the error names it.

@@ -36,11 +36,7 @@ HINTS = {
 def insist(verb: str, value: object, kind: type[T] | tuple[type[T], ...], name: str) -> T:
     """Return a value of the kind that a function takes.
 
-    Args:
-        verb: The function.
-        value: What it was given.
-        kind: The classes that it takes.
-        name: What to call them, see ``HINTS``.
+    ``kind``: the classes that it takes; ``name``: what to call them, see ``HINTS``.
 
     Raises:
         InputError: If the value is of another kind.

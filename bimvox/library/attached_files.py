@@ -79,11 +79,6 @@ def completed(config: SiteConfig, site: Site, building: Building) -> SiteConfig:
 
     The height of the ground in the model, if the file leaves it out, is the site's: only the model says more.
 
-    Args:
-        config: The site file.
-        site: The site that is said to be made from it.
-        building: Its building, see :func:`building_of`.
-
     Raises:
         BimvoxError: If nothing can be chosen for these parts.
     """
@@ -191,12 +186,6 @@ def _machine_files(log: PlanLog) -> dict[str, bytes]:
 
 def compare_config(check: Check, site: Site, config: SiteConfig, source: str) -> None:
     """Compare a site with its site file, and what the file leaves to be chosen with the choice for the site's parts.
-
-    Args:
-        check: Receives what was compared.
-        site: The site.
-        config: The site file.
-        source: What to call the file.
 
     Raises:
         BimvoxError: If the file does not fit the site, or its crane is not consistent.

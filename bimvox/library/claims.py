@@ -281,11 +281,6 @@ class Given:
 def check_user_files(log: PlanLog, given: Given, progress: Progress) -> Check:
     """Check that a log is of what the user holds: parts, shapes, masses, frame, rules, cranes, whole files.
 
-    Args:
-        log: The log.
-        given: What the user holds.
-        progress: Receives the stages.
-
     Raises:
         InputError: If a model or a programme is given without a site file, or there is no such traffic.
         FileError: If a file is missing or cannot be used.

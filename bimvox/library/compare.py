@@ -221,12 +221,6 @@ _OF_THE_FILE = ("first", "zone", "zone_name")
 def compare_pinned(check: Check, site: Site, config: SiteConfig, source: str) -> SiteConfig:
     """Check that what the site file pins is there and is not lifted, and that what it leaves out is not there.
 
-    Args:
-        check: Receives what was compared.
-        site: The site.
-        config: The site file.
-        source: What to call the file.
-
     Returns:
         The site file without the tables of parts that are left out, and of pinned parts that are not in the log: they
         are outside the site, or the check has failed.
@@ -253,12 +247,7 @@ def compare_pinned(check: Check, site: Site, config: SiteConfig, source: str) ->
 def compare_parts(check: Check, site: Site, config: SiteConfig, building: Building, source: str) -> None:
     """Check how parts are stored, in which order the site file wants them, and which crane lifts each.
 
-    Args:
-        check: Receives what was compared.
-        site: The site.
-        config: The site file, complete.
-        building: The building of the site, see ``bimvox.library.attached_files``.
-        source: What to call the file.
+    ``building``: the building of the site, see ``bimvox.library.attached_files``.
 
     Raises:
         ConfigError: If the file names a part or a crane that the site does not have.

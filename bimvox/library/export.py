@@ -179,12 +179,7 @@ def write_grid(
 ) -> int | None:
     """Write a grid, whole or not at all; return the number of triangles, None for cells.
 
-    Args:
-        grid: The grid.
-        wanted: A format of grids.
-        target: The file.
-        inputs: Files that must not be replaced.
-        progress: Receives the stages.
+    ``inputs``: files that must not be replaced.
 
     Raises:
         InputError: If the format has faces and the grid has none.

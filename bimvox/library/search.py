@@ -51,9 +51,7 @@ def check_search(record: PlanLog, progress: Progress) -> Check:
     Each lift is searched when it is its turn, with what is in place and in the yard then, and with the obstructions
     that counted then. What the search cannot decide is listed as undecided.
 
-    Args:
-        record: A log or plan that is proven otherwise; of an extract, the lifts that it carries.
-        progress: Receives the stage.
+    ``record``: A log or plan that is proven otherwise; of an extract, the lifts that it carries.
     """
     check = Check("search")
     progress.stage("search", len(record.plan.lifts))

@@ -144,11 +144,8 @@ def read_obstructions(path: Path) -> ReadObstructions:
 def load_obstructions(path: Path, site: Site, survey: Survey, *, scan_id: str | None = None) -> ObstructionSet:
     """Return the obstructions of a file on a site; errors as of :func:`read_obstructions`.
 
-    Args:
-        path: The file.
-        site: The site.
-        survey: What is known about the coordinates of its files.
-        scan_id: Id of a scan; default: the file's name without its suffix.
+    ``survey``: what is known about the coordinates of its files; ``scan_id``: id of a scan; default: the file's name
+    without its suffix.
     """
     return _obstructions(path, scan_id)(site, survey)
 
@@ -400,11 +397,7 @@ def guess_site(
 def built_site(config: SiteConfig, building: Building, files: Mapping[str, bytes], progress: Progress) -> LoadedSite:
     """Return the site of a complete site file and its building.
 
-    Args:
-        config: The site file, complete.
-        building: As read.
-        files: The files that go into a log.
-        progress: Receives the stages.
+    ``files``: the files that go into a log.
     """
     placed, site_to_ifc = place_building(config, building)
     cranes = cranes_of(config)

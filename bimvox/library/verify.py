@@ -86,12 +86,7 @@ def prove_further(
 
     Its claims are those that remain.
 
-    Args:
-        verdict: The verdict from the log alone.
-        record: The plan.
-        given: What the user holds.
-        search: Whether to search.
-        progress: Receives the stages.
+    ``verdict``: the verdict from the log alone; ``search``: whether to search.
     """
     if given.names:
         verdict = replace(verdict, checks=(*verdict.checks, check_user_files(record, given, progress)))
@@ -130,10 +125,7 @@ def read_whole(log: Path, progress: Progress) -> tuple[Contents, PlanLog]:
 def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verification:
     """Prove what was read from a log: plan, motions, digests, and that its topics agree.
 
-    Args:
-        contents: The log's messages and attachments, all topics.
-        record: Their meaning.
-        progress: Receives the stages.
+    ``contents``: the log's messages and attachments, all topics.
     """
     told = contents.attachments.get(topics.STEPS_FILE)
     steps = None if told is None else steps_from_json(told, "the log")
@@ -165,11 +157,7 @@ def prove_plan(
 
     If its values make no sense, that is the only check: nothing follows from them.
 
-    Args:
-        record: The plan.
-        progress: Receives the stages.
-        told: The steps that its log states. Default: those that follow from the plan.
-        workers: Share the work.
+    ``told``: the steps that its log states. Default: those that follow from the plan.
     """
     progress.stage("plan")
     values = check_values(record.plan, record.motions, record.context)

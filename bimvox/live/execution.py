@@ -106,10 +106,8 @@ def _kept_apart(job: LiveJob, plan: LiftPlan, lifts: list[Lift], pinned: Collect
 class _Run:
     """An execution under way, in which somebody decides which lift is next.
 
-    Args:
-        plan: The plan.
-        lifts: Its planned lifts, in order; the episode's job has the same ones.
-        episode: The episode, at its start and taped.
+    ``lifts``: its planned lifts, in order; the episode's job has the same ones; ``episode``: the episode, at its start
+    and taped.
 
     Attributes:
         motions: The motions of the lifts that were begun, in the order in which they were.

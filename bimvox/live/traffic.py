@@ -126,11 +126,8 @@ WALK_LIMIT_M_S, DRIVE_LIMIT_M_S = 1.5, 1.5
 def crowd_of(ground: Ground, density: Density, sight: Sight, seed: int) -> Crowd:
     """Return the traffic of a seed at its start: crews at work places, lorries on their way; tracks at their start.
 
-    Args:
-        ground: Where others go.
-        density: How many there are, besides the recorded tracks.
-        sight: How they are seen.
-        seed: Chooses everything that is random, now and later.
+    ``density``: how many there are, besides the recorded tracks; ``seed``: chooses everything that is random, now and
+    later.
     """
     tracks = len(ground.spans) - 1
     count = density.crews + density.lorries + tracks

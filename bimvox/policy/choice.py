@@ -139,12 +139,7 @@ def choose_policy(
     stored unchanged. A stored policy that is not named is used only if training now would give the same one
     (:func:`_would_be`), so of several stored policies it does not matter which came first.
 
-    Args:
-        site: The site.
-        preparation: Its contacts, order and yard.
-        wanted: The request.
-        progress: Receives the stages.
-        tested: Called with every test of a training.
+    ``preparation``: its contacts, order and yard; ``tested``: called with every test of a training.
 
     Raises:
         PolicyError: If the named policy is missing, damaged, or does not fit this version.

@@ -246,10 +246,7 @@ def config_from_dict(plain: dict[str, Any]) -> DqnConfig:
 def choices_from_dict(kind: type[C], plain: dict[str, Any], **convert: Callable[[Any], Any]) -> C:
     """Return choices from JSON values.
 
-    Args:
-        kind: Their class.
-        plain: The values by field.
-        **convert: How the values of some fields become Python's.
+    ``convert``: how the values of some fields become Python's.
 
     Raises:
         PolicyError: A key is missing or unknown, or a value is impossible.

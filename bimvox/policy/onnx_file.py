@@ -27,9 +27,7 @@ def onnx_bytes(network: QNetwork, facts: Mapping[str, str]) -> bytes:
     The model is first checked by ONNX's checker, and compared with :class:`QNetwork` on 256 observations by ONNX's
     reference implementation.
 
-    Args:
-        network: The network.
-        facts: Metadata of the model.
+    ``facts``: metadata of the model.
 
     Raises:
         PolicyError: The package is missing, or the model and the network disagree.

@@ -42,9 +42,7 @@ class _Shapes(gymnasium.Env[np.ndarray, np.int64]):
 def write_sb3_zip(network: QNetwork, path: Path) -> None:
     """Write a network as a stable-baselines3 DQN that ``DQN.load`` reads.
 
-    Args:
-        network: The network.
-        path: Where to; ends with ``.zip``.
+    ``path``: where to; ends with ``.zip``.
     """
     sizes = network.layer_sizes
     dqn = DQN(FramedPolicy, _Shapes(), buffer_size=1, policy_kwargs={"net_arch": list(sizes[1:-1])}, device="cpu")
@@ -55,9 +53,6 @@ def write_sb3_zip(network: QNetwork, path: Path) -> None:
 
 def read_sb3_zip(content: bytes) -> QNetwork:
     """Return the online network of a stable-baselines3 DQN.
-
-    Args:
-        content: The zip.
 
     Raises:
         PolicyError: It is not such a file, or its network does not fit this version's observation and actions.

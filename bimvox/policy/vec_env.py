@@ -80,9 +80,6 @@ class BatchVecEnv(VecEnv):
     Observations are the batch's own arrays and hold until the step after the next. Learners need no more: they copy
     into their replay memory. Only environments whose episode has ended have an ``info`` of their own:
     ``terminal_observation``, ``TimeLimit.truncated`` and ``is_success``. The others share one empty dictionary.
-
-    Args:
-        batch: The environments.
     """
 
     def __init__(self, batch: _Batch) -> None:

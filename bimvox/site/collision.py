@@ -114,9 +114,7 @@ def range_is_free(space: CollisionSpace, around: tuple[int, int, int, int, int, 
 
     If it is not, single placements may still be free.
 
-    Args:
-        space: The collision rule.
-        around: First and last placement, both inclusive; the first no higher than the last.
+    ``around``: first and last placement, both inclusive; the first no higher than the last.
     """
     x, y, z, last_x, last_y, last_z = around
     if not _boxes_are_free_over(space, x, y, z, last_x, last_y, last_z):

@@ -108,11 +108,7 @@ class Demand:
     ) -> NDArray[np.bool_]:
         """Return at which of (P, 2) points a crane as used, on its base, carries a part.
 
-        Args:
-            part: Its number.
-            crane: The crane.
-            points_m: The points.
-            margin_m: By how much radii lie inside the limits.
+        ``margin_m``: by how much radii lie inside the limits.
         """
         low_m, high_m = allowed_radii_m(crane, float(self.masses_kg[part]))
         radii_m = distances_m(np.array([crane.base_m[:2]]), points_m)[0]
@@ -124,11 +120,8 @@ class Demand:
     def why_not(self, part: int, crane: TowerCrane, yard_m: NDArray[np.float64], margin_m: float = 0.0) -> Unserved:
         """Return why a crane as used, on its base, does not carry a part to its place or does not pick it in the yard.
 
-        Args:
-            part: Its number.
-            crane: The crane.
-            yard_m: (P, 2) places of the yard; it picks the part at none of them if it carries it to its place.
-            margin_m: By how much radii lie inside the limits.
+        ``yard_m``: (P, 2) places of the yard; it picks the part at none of them if it carries it to its place;
+        ``margin_m``: by how much radii lie inside the limits.
         """
         points_m = self.places_m[part : part + 1]
         in_yard = len(yard_m) > 0 and bool(self.picks(part, crane, points_m, margin_m)[0])
@@ -188,10 +181,7 @@ def means_by(
 ) -> dict[str, Reasoned]:
     """Return how each part gets to its place, by id.
 
-    Args:
-        config: The site file.
-        elements: The components, in the site frame.
-        entries: Their tables in the site file, by id.
+    ``entries``: their tables in the site file, by id.
 
     Raises:
         ConfigError: If a file of gear is not there or is not one of gear.

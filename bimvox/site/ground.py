@@ -78,9 +78,6 @@ def ground_level(building: Building) -> _GroundLevel:
     the storey at the ground, less its floor; the top of the piles; the lowest part. If that is within half a metre of
     the storey's level, it lies on the ground, and so it does in a model without a storey that is called so.
 
-    Args:
-        building: As read.
-
     Raises:
         SelectionError: If there are neither components nor structure.
     """
@@ -122,9 +119,7 @@ def terrain_of(elements: Iterable[Element]) -> list[TriangleMesh]:
 def heights_at(terrain: Sequence[TriangleMesh], points_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the height of the highest surface at each point on plan; NaN where there is none.
 
-    Args:
-        terrain: Its meshes.
-        points_m: (N, 2) float64.
+    ``points_m``: (N, 2) float64.
     """
     corners = np.concatenate([np.empty((0, 3, 3)), *(mesh.triangles_m for mesh in terrain)])
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (corners[:, n].T for n in range(3))
@@ -238,10 +233,7 @@ _EPS_M = 1e-4
 def lowest_terrain_m(terrain: Sequence[TriangleMesh], low_m: Sequence[float], high_m: Sequence[float]) -> float:
     """Return the height of the lowest terrain in a rectangle on plan, at most 0; its underside does not count.
 
-    Args:
-        terrain: Its meshes, in the site frame.
-        low_m: The lowest corner on plan.
-        high_m: The highest corner.
+    ``low_m``: the lowest corner on plan; ``high_m``: the highest corner.
     """
     x, y = (np.linspace(low_m[axis], high_m[axis], 65) for axis in range(2))
     heights_m = _highest(terrain, np.stack(np.meshgrid(x, y), axis=-1))
@@ -256,10 +248,7 @@ def natural_ground_m(
     It is the terrain's, the highest at the column's corners, to whole layers of cells; 0 where there is none. The yard
     and the access of trucks are made level, at the median of their terrain.
 
-    Args:
-        frame: Frame of the grid.
-        terrain: The terrain's meshes, in the site frame.
-        level: (X, Y) the columns of yard and access.
+    ``level``: (X, Y) the columns of yard and access.
 
     Returns:
         The heights; None if they are 0 everywhere.
@@ -340,11 +329,7 @@ def cranes_on_ground(
 ) -> tuple[TowerCrane, ...]:
     """Return the cranes of a site file, those without a height of their own at the height of their ground.
 
-    Args:
-        config: The site file.
-        cranes: Its cranes, from `cranes_of`.
-        frame: Frame of the grid.
-        natural_m: (X, Y) height of the ground; None: 0 everywhere.
+    ``cranes``: its cranes, from `cranes_of`; ``natural_m``: (X, Y) height of the ground; None: 0 everywhere.
     """
     if natural_m is None or len(config.cranes) != len(cranes):  # a site without a crane has a table that says so
         return tuple(cranes)

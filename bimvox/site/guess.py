@@ -209,10 +209,7 @@ def cranes_that_fit(
 ) -> tuple[CraneFit | None, tuple[CraneFit, ...]]:
     """Return how the crane of a complete site file serves it, and how each machine would, on its best base.
 
-    Args:
-        config: The site file.
-        building: As read, before it is placed on the site.
-        machines: The machines to compare; empty: those of the catalogue.
+    ``machines``: the machines to compare; empty: those of the catalogue.
 
     Returns:
         None for the crane of a site without one. The machines are in the order given, those of the catalogue by size.
@@ -231,10 +228,8 @@ def cranes_that_fit(
 def complete_config(config: SiteConfig, building: Building, machines: Sequence[Machine] = ()) -> SiteConfig:
     """Return a site file with all missing keys filled in.
 
-    Args:
-        config: The site file; its own values stay, in the site's frame.
-        building: As read, before it is placed on the site.
-        machines: Machines to choose from if the site file has no crane; empty: the hammerheads of the catalogue.
+    ``config``: the site file; its own values stay, in the site's frame; ``machines``: machines to choose from if the
+    site file has no crane; empty: the hammerheads of the catalogue.
 
     Raises:
         SelectionError: If there is nothing to lift.
@@ -392,9 +387,7 @@ def _with_areas_and_crane(
 def rigs_of(config: SiteConfig, lifted: Sequence[Element]) -> Rigs:
     """Return the gear of parts before it is known on which cells they hang, on slings of the catalogue's usual height.
 
-    Args:
-        config: The site file.
-        lifted: The parts, in the site frame.
+    ``lifted``: the parts, in the site frame.
     """
     gear, size_m = gear_of_site(config), config.model.voxel_size_m or VOXEL_SIZES_M[1]
     angle_rad, usual_m = config.rules_in_force.sling_angle_rad, catalogue()[0].cranes[0].sling_m

@@ -161,9 +161,7 @@ def lifting_of(element: Element, at: HangsAt) -> Lifting:
     Two opposite legs with ``angle_rad`` between them lean by half of it each: a leg to an anchor at distance d from the
     hook's vertical needs a height of ``d / tan(angle_rad / 2)``.
 
-    Args:
-        element: The part in the site frame.
-        at: Where it hangs.
+    ``at``: where it hangs.
     """
     points = element.lifting_points_m
     if not points:
@@ -177,11 +175,7 @@ def lifting_of(element: Element, at: HangsAt) -> Lifting:
 def lifting_by(gear: Gear, element: Element, at: HangsAt, *, upended: bool) -> Lifting:
     """Return the lifting points of a part with the gear chosen for them.
 
-    Args:
-        gear: The gear to choose from.
-        element: The part in the site frame.
-        at: Where it hangs; with a crane.
-        upended: Whether it hangs on its end.
+    ``at``: where it hangs; with a crane; ``upended``: whether it hangs on its end.
     """
     anchors = usable_anchors(element.lifting_points_m, at.hook_m)
     points = anchors or assumed_points(element.mesh, at.hook_m, at.top_m, upended=upended)

@@ -103,9 +103,6 @@ def cranes_of(config: SiteConfig) -> tuple[TowerCrane, ...]:
 
     The data of a machine of the catalogue, or of a machine's file, come from there.
 
-    Args:
-        config: The site file.
-
     Raises:
         ConfigError: If a key is missing and the name is not a machine's, if a key differs from the machine, or if the
             crane is not consistent.

@@ -72,10 +72,6 @@ def metric_scale(stated: float, unit: str) -> float:
 def read_from_map(config: SiteConfig, building: Building) -> SiteConfig:
     """Return a site file in the site's frame; one that is in it already stays as it is.
 
-    Args:
-        config: The site file.
-        building: As read.
-
     Raises:
         ConfigError: If the model has no map conversion, a crane's foot has a height but the ground has none, or
             something is more than 10 km from the building.
@@ -106,10 +102,8 @@ def read_from_map(config: SiteConfig, building: Building) -> SiteConfig:
 def on_site(config: SiteConfig, site_to_ifc: NDArray[np.float64], ifc_to_map: Matrix | None) -> SiteConfig:
     """Return a site file whose areas, zones and cranes' feet are in the site's frame, to the micrometre.
 
-    Args:
-        config: The site file.
-        site_to_ifc: (4, 4) transform from the site frame to model coordinates.
-        ifc_to_map: The (4, 4) transform from there to the map; None if the model has none.
+    ``site_to_ifc``: (4, 4) transform from the site frame to model coordinates; ``ifc_to_map``: the (4, 4) transform
+    from there to the map; None if the model has none.
 
     Raises:
         ConfigError: If the site file is in map coordinates, but there is no such transform.
@@ -176,11 +170,8 @@ def set_out(
 ) -> dict[str, Any]:
     """Return a site's cranes, areas and zones in map coordinates.
 
-    Args:
-        config: The site file, complete.
-        cranes: Its cranes.
-        site_to_ifc: (4, 4) transform from the site frame to model coordinates.
-        ifc_to_map: The (4, 4) transform from there to the map.
+    ``site_to_ifc``: (4, 4) transform from the site frame to model coordinates; ``ifc_to_map``: the (4, 4) transform
+    from there to the map.
 
     Returns:
         ``site_to_map`` (4, 4); ``north_deg``: map north, counter-clockwise from the site's y axis; eastings, northings

@@ -122,10 +122,8 @@ def _in_the_ground(
 def cast_alike(cast: Collection[str], lifted: Sequence[Element], limits: MeansConfig) -> set[str]:
     """Return the ids of the parts that are cast in place, with those of their types: one trade makes them all.
 
-    Args:
-        cast: Ids of parts that are too large or too heavy for a lift.
-        lifted: These and the parts that could be lifted. Those of a type of which most, by mass, are cast are cast.
-        limits: The site file's ``[means]`` table.
+    ``cast``: ids of parts that are too large or too heavy for a lift; ``lifted``: these and the parts that could be
+    lifted. Those of a type of which most, by mass, are cast are cast.
     """
     alike: dict[tuple[str, str | None, str | None], list[Element]] = {}
     for one in lifted:

@@ -40,9 +40,7 @@ def toml_values(text: str) -> dict[str, object]:
 def json_values(text: str, of_table: Callable[[dict[str, object]], object] | None = None) -> object:
     """Return the values of a JSON text; no key occurs twice in a table.
 
-    Args:
-        text: The text.
-        of_table: Given each table when it has been read; what it returns takes the table's place.
+    ``of_table``: given each table when it has been read; what it returns takes the table's place.
 
     Raises:
         ValueError: If it is not JSON (line and column), is nested too deeply, or holds a number that is too long.

@@ -72,11 +72,8 @@ def order_hints(
 ) -> Mapping[str, OrderHints]:
     """Return the hints of every component. Tasks of a programme take the place of those in the building file.
 
-    Args:
-        config: The site file.
-        elements: The components, in the site frame.
-        first: Ids of those that the site file asks for first.
-        connections: Pairs of ids that the building file connects.
+    ``first``: ids of those that the site file asks for first; ``connections``: pairs of ids that the building file
+    connects.
     """
     programme = config.programme
     zones = [zone for zone in config.zone if zone.kind == "assembly"]
@@ -238,10 +235,7 @@ class _StoredAs:
 def stored_as(element: Element, entry: ComponentConfig | None, frame: GridFrame) -> _StoredAs:
     """Return how a component is stored, and its place in the order, as the site file says.
 
-    Args:
-        element: In the site frame.
-        entry: Its table in the site file, from `entries_by_id`.
-        frame: Frame of the grid.
+    ``entry``: its table in the site file, from `entries_by_id`.
     """
     if entry is None:
         return _StoredAs(None, None, None, (), (), is_erected(element))

@@ -24,9 +24,7 @@ from bimvox.site.means import Means
 def place_building(config: SiteConfig, building: Building) -> tuple[Building, NDArray[np.float64]]:
     """Return a building in the site frame, with what is cut there to fit.
 
-    Args:
-        config: The site file, with ``model.ground_m``.
-        building: As read.
+    ``config``: the site file, with ``model.ground_m``.
 
     Returns:
         The building in the site frame (z = 0 is the top of the ground), and ``site_to_ifc``, (4, 4) float64: site

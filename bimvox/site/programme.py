@@ -382,10 +382,7 @@ class Programme:
 def read_programme(data: bytes, file: str, site_file: Path | None) -> Programme:
     """Return the programme in a file.
 
-    Args:
-        data: The file's bytes.
-        file: Its name.
-        site_file: The site file that names it, for messages; None if it was given without one.
+    ``site_file``: the site file that names it, for messages; None if it was given without one.
 
     Raises:
         ConfigError: If it is not Microsoft Project XML in UTF-8 or Primavera XER, was cut off, or has no tasks; with

@@ -141,10 +141,7 @@ def access_beside(yard: Sequence[Polygon], construction: Polygon, masts_m: Seque
     It is the side nearest to a mast of those on which a truck can stand, clear of building and masts: there the crane
     unloads the heaviest parts. Without one it is the side away from the building.
 
-    Args:
-        yard: The yard.
-        construction: Outline of the construction area.
-        masts_m: Feet of the cranes.
+    ``construction``: outline of the construction area.
     """
     corners, middle = np.array(yard[0]), np.array(construction).mean(axis=0)
     low, high = corners.min(axis=0), corners.max(axis=0)

@@ -99,9 +99,7 @@ _MISREAD = (AttributeError, TypeError, ValueError, LookupError, ArithmeticError,
 def named_misfit(path: Path, file: Any) -> Iterator[None]:
     """Turn what a missing or misplaced value causes into an error that names it; other errors pass unchanged.
 
-    Args:
-        path: The file.
-        file: The ``ifcopenshell.file`` that is read meanwhile.
+    ``file``: the ``ifcopenshell.file`` that is read meanwhile.
 
     Raises:
         IfcError: If reading fails and an instance does not fit the schema.

@@ -108,9 +108,7 @@ class OpenedIfc:
 def open_ifc(path: Path, data: bytes) -> OpenedIfc:
     """Return an IFC file, opened and checked for completeness.
 
-    Args:
-        path: Names the file in errors; ``.ifczip`` is unpacked in memory.
-        data: Its bytes.
+    ``path``: names the file in errors; ``.ifczip`` is unpacked in memory.
 
     Raises:
         IfcError: If it is not IFC, truncated, damaged, of an unreadable schema, or without exactly one IfcProject or

@@ -36,9 +36,7 @@ def connected_products(file: Any) -> Iterator[tuple[int, int]]:
 def element_pairs(pairs: Iterator[tuple[int, int]], element_of: Mapping[int, str]) -> tuple[tuple[str, str], ...]:
     """Return connected products as pairs of different elements, without duplicates, sorted.
 
-    Args:
-        pairs: Step ids of products.
-        element_of: Element id by step id of a product.
+    ``element_of``: element id by step id of a product.
     """
     found = set()
     for first, second in pairs:

@@ -126,10 +126,6 @@ def parser_text(path: Path, step: bytes) -> tuple[str, list[str]]:
       short: the parser would end the file there.
     - An asterisk is read as an empty value wherever the schema derives none (``stars``), with a note.
 
-    Args:
-        path: Names the file in errors.
-        step: The STEP text.
-
     Raises:
         IfcError: If the schema cannot be read, or the data section is missing.
     """

@@ -137,10 +137,7 @@ def text_of(data: bytes) -> str:
 def numbers(path: Path, words: str, where: str) -> NDArray[np.float64]:
     """Return the numbers of a text, separated by white space.
 
-    Args:
-        path: Names the file in the message.
-        words: The text.
-        where: Names the text in the message.
+    ``where``: names the text in the message.
 
     Raises:
         MeshError: If a word is not a number.
@@ -244,10 +241,7 @@ def body_of_polygons(
 ) -> RawBody:
     """Return a body from faces with any number of corners, with only the vertices that they use.
 
-    Args:
-        name: Its name.
-        vertices: (V, 3).
-        polygons: Corner indices of every face; an index out of range drops the face.
+    ``vertices``: (V, 3); ``polygons``: corner indices of every face; an index out of range drops the face.
     """
     if isinstance(polygons, np.ndarray):
         sizes = np.full(len(polygons), polygons.shape[1], dtype=np.int64)

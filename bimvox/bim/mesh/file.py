@@ -122,10 +122,7 @@ def roles_of(file: str, names: Sequence[str], select: str | None) -> Mapping[str
     Without a selection, every body is a component unless its name implies terrain or an obstacle (``name_roles``).
     With a selection, the names that it matches are components, and the others are structure or ground.
 
-    Args:
-        file: Name of the file, for messages.
-        names: Of its bodies.
-        select: One name, or names and patterns (``*``, ``?``) separated by commas.
+    ``names``: of its bodies; ``select``: one name, or names and patterns (``*``, ``?``) separated by commas.
 
     Raises:
         SelectionError: If a name or pattern matches nothing; it lists the nearest names.
@@ -227,12 +224,8 @@ class _Cleaned:
 def read_mesh_file(path: Path, data: bytes, sha256: str, options: ReadOptions, report: Report) -> Building:
     """Return the building in a mesh file.
 
-    Args:
-        path: The file; its suffix gives the format.
-        data: Its bytes.
-        sha256: Their hash.
-        options: ``select``: names with wildcards, separated by commas; ``unit`` and ``up`` of the file.
-        report: Called with the progress.
+    ``path``: the file; its suffix gives the format; ``options``: ``select``: names with wildcards, separated by commas;
+    ``unit`` and ``up`` of the file.
 
     Raises:
         MeshError: If the file cannot be read or does not contain triangles.

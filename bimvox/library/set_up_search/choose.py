@@ -41,10 +41,7 @@ def closer(search: Search, lattice: Sequence[Tried], members: int) -> list[Tried
     The fastest of each machine by the quick estimate is timed, and gives the others of that machine a factor. Then the
     fastest by that, and all that would be planned, are timed themselves, until nothing else would be planned.
 
-    Args:
-        search: The parts.
-        lattice: Machines on their places, as ``Search.tried`` yields them.
-        members: How many set-ups are planned.
+    ``lattice``: machines on their places, as ``Search.tried`` yields them; ``members``: how many set-ups are planned.
     """
     most = max((one.served for one in lattice if one.crane is not None), default=0)
     found = list(lattice)
@@ -76,10 +73,7 @@ def better_placed(search: Search, one: Tried) -> Tried:
 def refined(search: Search, best: Tried, effort: Effort) -> list[Tried]:
     """Return set-ups to plan next to the fastest one, about half as many as were planned before.
 
-    Args:
-        search: The parts.
-        best: The fastest set-up by its plan, of one crane.
-        effort: How many were planned.
+    ``best``: the fastest set-up by its plan, of one crane; ``effort``: how many were planned.
     """
     most = effort.members // 2
     if effort.members < 4 or best.crane is None:

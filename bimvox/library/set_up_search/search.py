@@ -41,9 +41,7 @@ _MOST_YARD = 24
 class Search:
     """The parts of a site in their erection sequence, ready for every machine.
 
-    Args:
-        placed: The site; it has one crane.
-        progress: Receives the stages.
+    ``placed``: the site; it has one crane.
 
     Attributes:
         config: Its site file.

@@ -96,13 +96,7 @@ def other_yards(
 
     A call that was killed is continued; the number of yards, not the time of the call, decides what is proposed.
 
-    Args:
-        site: The site.
-        search: Its parts.
-        machines: The machines.
-        folder: Where the journal is kept; None: in memory.
-        effort: How many are tried.
-        progress: Receives the stage.
+    ``folder``: where the journal is kept; None: in memory; ``effort``: how many are tried.
     """
     import optuna
     import optuna.storages.journal

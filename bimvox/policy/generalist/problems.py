@@ -331,10 +331,7 @@ def random_problem(seed: tuple[int, ...], family: str, smallest: IntVec, largest
 def with_boxes(rng: np.random.Generator, space: CollisionSpace, count: int) -> CollisionSpace:
     """Return a collision rule with random boxes added; with a rope rule, the hook stays above them.
 
-    Args:
-        rng: Draws the boxes.
-        space: The rule.
-        count: Number of boxes.
+    ``rng``: draws the boxes.
     """
     occupied = occupancy_of(space)
     nx, ny, nz = occupied.shape

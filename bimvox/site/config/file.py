@@ -118,11 +118,8 @@ def parse_site_config(
 ) -> SiteConfig:
     """Return the content of a site file's text without reading any file.
 
-    Args:
-        text: The text.
-        path: Its name, for messages.
-        machine_files: The files of machines that it may name, by name: their bytes.
-        programme: Name and bytes of the programme; one that the text does not name takes the place of its own.
+    ``machine_files``: the files of machines that it may name, by name: their bytes; ``programme``: name and bytes of
+    the programme; one that the text does not name takes the place of its own.
 
     Raises:
         ConfigError: As :func:`load_site_config`, except for the model file.

@@ -124,9 +124,7 @@ def gear_of_site(config: SiteConfig) -> Gear:
 def gear_by_crane(config: SiteConfig, count: int) -> tuple[Gear | None, ...]:
     """Return what the rigs of each crane's parts are chosen from; None if the site file describes the rigging.
 
-    Args:
-        config: The site file.
-        count: How many cranes the site has.
+    ``count``: how many cranes the site has.
     """
     tables = config.cranes[:count]
     chosen = [one.sling_m is None and one.rigging_mass_kg is None for one in tables] + [False] * (count - len(tables))

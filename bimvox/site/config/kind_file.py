@@ -31,9 +31,7 @@ def corrections_in(data: bytes | None, path: Path) -> tuple[Correction, ...]:
     Columns are separated by commas, semicolons or tabs; the text is UTF-8, UTF-16 or Windows-1252, as spreadsheets
     write it.
 
-    Args:
-        data: Its bytes; None if it is missing.
-        path: Its name, for messages.
+    ``data``: its bytes; None if it is missing.
 
     Raises:
         ConfigError: If it is missing or not such a table; names each bad row by line and column.

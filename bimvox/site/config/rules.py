@@ -331,9 +331,7 @@ NONE_IS_WEAKER = frozenset(
 def weaker_rules(rules: Rules, *, has_crane: bool) -> list[str]:
     """Return the rules that ask for less than the defaults of this version, each as ``key = value (default: value)``.
 
-    Args:
-        rules: The rules of a site.
-        has_crane: Whether it has a crane: some defaults are for cranes only.
+    ``has_crane``: whether it has a crane: some defaults are for cranes only.
     """
     default = RulesConfig().rules(has_crane=has_crane)
     found = [

@@ -134,10 +134,7 @@ def first_finding(error: ValidationError, schema: type[BaseModel]) -> Finding:
 def table_of(text: bytes, path: Path, schema: type[S]) -> S:
     """Return the content of a TOML file.
 
-    Args:
-        text: Its bytes.
-        path: Its name, for messages.
-        schema: What it may hold.
+    ``schema``: what it may hold.
 
     Raises:
         ConfigError: If it is not TOML, a key is unknown or missing, or a value is not allowed; names file and key.

@@ -35,10 +35,6 @@ def read_table(path: Path, data: bytes) -> NDArray[np.float64]:
     comma. Thousands may be grouped if every number of the file can be read in one way only. Lines that start with ``#``
     and one heading line are ignored.
 
-    Args:
-        path: Of the file, for messages.
-        data: Its bytes.
-
     Returns:
         (N, 3) float64.
 
@@ -76,11 +72,7 @@ def _table_in_words(path: Path, data: bytes) -> str:
 def numbers_in(path: Path, text: bytes, columns: list[int], lines_before: int = 0) -> NDArray[np.float64]:
     """Return columns of a table of numbers with decimal points, separated by whitespace.
 
-    Args:
-        path: Of the file, for messages.
-        text: The table.
-        columns: Indices of the columns.
-        lines_before: Lines of the file before the table.
+    ``columns``: indices of the columns; ``lines_before``: lines of the file before the table.
 
     Raises:
         FileError: If a line lacks a number in one of the columns; names the line.
