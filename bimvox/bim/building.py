@@ -265,6 +265,12 @@ class Building:
         names = listed((self.elements[n].label for n in sorted(numbers)), most=5)
         return replace(self, elements=elements, notes=(*self.notes, f"{said}: {names}"))
 
+    def with_meshes(self, meshes: Mapping[int, TriangleMesh], said: str) -> Building:
+        """Return it with other triangles of some elements, by their places in ``elements``, and a note."""
+        elements = tuple(replace(one, mesh=meshes[n]) if n in meshes else one for n, one in enumerate(self.elements))
+        names = listed((self.elements[n].label for n in meshes), most=5)
+        return replace(self, elements=elements, notes=(*self.notes, f"{said} {names}"))
+
     @property
     def bounds_m(self) -> NDArray[np.float64]:
         """(2, 3) float64: the box around all elements."""

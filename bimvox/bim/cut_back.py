@@ -7,14 +7,13 @@ could be set; the workshop makes them as much shorter.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import BUILT, Building, Element, TriangleMesh, plain_class
 from bimvox.bim.kinds.kind import Kind
-from bimvox.errors import listed
 
 _CUT = ("IfcBeam", "IfcMember")
 _JOINED = (*_CUT, "IfcColumn")
@@ -76,13 +75,9 @@ def cut_back(building: Building) -> Building:
     shorter = {n: mesh for n in bars if (mesh := joints.cut(n)) is not None}
     if not shorter:
         return building
-    elements = tuple(
-        replace(element, mesh=shorter[n]) if n in shorter else element for n, element in enumerate(building.elements)
-    )
-    names = listed((building.elements[n].label for n in shorter), most=5)
     parts, ends = ("beam of steel is", "its ends") if len(shorter) == 1 else ("beams of steel are", "their ends")
-    said = f"{len(shorter)} {parts} drawn into what joins {ends}, so taken as cut at the faces: {names}"
-    return replace(building, elements=elements, notes=(*building.notes, said))
+    said = f"{len(shorter)} {parts} drawn into what joins {ends}, so taken as cut at the faces:"
+    return building.with_meshes(shorter, said)
 
 
 class _Joints:

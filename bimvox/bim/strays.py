@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import BUILT, Building, Element, Role, SkippedProduct, TriangleMesh, plain_class
-from bimvox.errors import listed
 
 # Parts that are drawn twice in the same place: a copy of a storey, a part of two files that were joined.
 #
@@ -196,12 +195,8 @@ def _without_stray_vertices(building: Building) -> Building:
         return building
     count = sum(found[1] for found in changed.values())
     what = "1 vertex of terrain lies" if count == 1 else f"{count:,} vertices of terrain lie"
-    names = listed((building.elements[n].label for n in changed), most=5)
-    note = f"{what} far from the rest of it, so not used; check the coordinates of {names}"
-    elements = tuple(
-        replace(one, mesh=changed[n][0]) if n in changed else one for n, one in enumerate(building.elements)
-    )
-    return replace(building, elements=elements, notes=(*building.notes, note))
+    said = f"{what} far from the rest of it, so not used; check the coordinates of"
+    return building.with_meshes({n: mesh for n, (mesh, _) in changed.items()}, said)
 
 
 def _spanned(mesh: TriangleMesh) -> tuple[TriangleMesh, int] | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from operator import index
 from typing import Any, TypeVar
@@ -79,6 +79,17 @@ def named(what: str, name: str, table: Mapping[str, T]) -> T:
     if name not in table:
         raise ValueError(f"{what}: {name!r} is unknown; there are {', '.join(table)}")
     return table[name]
+
+
+def known_render_mode(mode: str | None, modes: Sequence[str]) -> str | None:
+    """Return a render mode of an environment.
+
+    Raises:
+        ValueError: It has no such mode.
+    """
+    if mode is not None and mode not in modes:
+        raise ValueError(f"render_mode: {mode!r} is unknown; there are None, {', '.join(modes)}")
+    return mode
 
 
 def known_options(options: Mapping[str, Any] | None, *names: str) -> Mapping[str, Any]:

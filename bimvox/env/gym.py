@@ -18,6 +18,7 @@ from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
 from types import ModuleType
+from typing import Any
 
 PAPER_ENV_IDS: dict[str, str] = {
     "bimvox/PrefabSite-v0": "paper",
@@ -45,21 +46,19 @@ def register() -> None:
     """Register the ids with ``gymnasium.make`` and ``make_vec``; an environment is imported when it is made."""
     import gymnasium
 
-    for env_id, site in PAPER_ENV_IDS.items():
+    how: dict[str, dict[str, Any]] = {
+        env_id: {
+            "entry_point": "bimvox.paper.env.site_env:PaperSiteEnv",
+            "vector_entry_point": "bimvox.paper.env.site_env:PaperVectorEnv",
+            "kwargs": {"site": site},
+        }
+        for env_id, site in PAPER_ENV_IDS.items()
+    }
+    how[LIFT_ENV_ID] = {"entry_point": "bimvox.env.lift_env:LiftEnv"}
+    how[LIVE_ENV_ID] = {"entry_point": "bimvox.live.env:LiveSiteEnv"}
+    for env_id, values in how.items():
         if env_id not in gymnasium.registry:
-            gymnasium.register(
-                env_id,
-                entry_point="bimvox.paper.env.site_env:PaperSiteEnv",
-                vector_entry_point="bimvox.paper.env.site_env:PaperVectorEnv",
-                reward_threshold=_REWARD_THRESHOLDS[env_id],
-                kwargs={"site": site},
-            )
-    if LIFT_ENV_ID not in gymnasium.registry:
-        threshold = _REWARD_THRESHOLDS[LIFT_ENV_ID]
-        gymnasium.register(LIFT_ENV_ID, entry_point="bimvox.env.lift_env:LiftEnv", reward_threshold=threshold)
-    if LIVE_ENV_ID not in gymnasium.registry:
-        threshold = _REWARD_THRESHOLDS[LIVE_ENV_ID]
-        gymnasium.register(LIVE_ENV_ID, entry_point="bimvox.live.env:LiveSiteEnv", reward_threshold=threshold)
+            gymnasium.register(env_id, reward_threshold=_REWARD_THRESHOLDS[env_id], **values)
 
 
 def register_with_gymnasium() -> None:

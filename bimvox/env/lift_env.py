@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
-from bimvox.env.actions import ACTION_COUNT, Action, checked_action, known_options, named
+from bimvox.env.actions import ACTION_COUNT, Action, checked_action, known_options, known_render_mode, named
 from bimvox.env.batched import MEMORY
 from bimvox.env.dynamics import (
     NO_ACTION,
@@ -36,9 +36,7 @@ FREE, BLOCKED, TARGET, COMPONENT, _EDGE = (
     (31, 119, 214),
     (190, 190, 195),
 )
-"""Colours: placements that are free, placements that are not, the target, the component."""
-
-_EDGE = (190, 190, 195)
+"""Colours: placements that are free, placements that are not, the target, the component, between the views."""
 
 _LEAST_EDGE_PX = 480
 """The longer edge of the picture is at least this long."""
@@ -100,8 +98,6 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         limit: StepLimit = StepLimit(),  # noqa: B008  (immutable)
         render_mode: str | None = None,
     ) -> None:
-        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
-            raise ValueError(f"render_mode: {render_mode!r} is unknown; there are None, ansi, rgb_array")
         self._problems = tuple(problems) if problems is not None else (default_problem(),)
         if not all(is_learnable(problem) for problem in self._problems):
             raise ValueError("a problem has no distance field, or no start from which its target can be reached")
@@ -109,7 +105,7 @@ class LiftEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         self._weights = named("reward", reward_name, REWARDS)
         self._mix = mix
         self._limit = limit
-        self.render_mode = render_mode
+        self.render_mode = known_render_mode(render_mode, self.metadata["render_modes"])
         self.action_space = gymnasium.spaces.Discrete(ACTION_COUNT)
         self.observation_space = gymnasium.spaces.Box(-1.0, 1.0, (VIEW_SIZE,), np.float32)
         self._p = 0

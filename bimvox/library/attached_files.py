@@ -59,6 +59,11 @@ from bimvox.site.placement import site_extent, with_room_for_slings
 from bimvox.site.programme import ATTACHED
 from bimvox.site.site import HookHeights, Site
 
+_OF_ELEMENT = (
+    *("id", "global_id", "ifc_class", "name", "mesh", "mass_kg", "mass_source", "storey", "material"),
+    *("predefined_type", "casting", "volume_guessed", "judgement", "stated_means"),
+)
+"""What a component has from its element unchanged, as far as a site file may ask for it."""
 _COPY = "#"
 """Separates the GlobalId from the rest of the id of a part whose GlobalId occurs more than once."""
 
@@ -90,24 +95,11 @@ def completed(config: SiteConfig, site: Site, building: Building) -> SiteConfig:
 def _lifted(component: Component) -> Element:
     hints = component.hints
     return Element(
-        id=component.id,
-        global_id=component.global_id,
-        ifc_class=component.ifc_class,
-        name=component.name,
-        mesh=component.mesh,
+        **{name: getattr(component, name) for name in _OF_ELEMENT},
         role=Role.COMPONENT,
-        mass_kg=component.mass_kg,
-        mass_source=component.mass_source,
-        storey=component.storey,
-        material=component.material,
-        predefined_type=component.predefined_type,
         assembly=hints.assembly,
         task=hints.task,
         task_rank=hints.task_rank,
-        casting=component.casting,
-        volume_guessed=component.volume_guessed,
-        judgement=component.judgement,
-        stated_means=component.stated_means,
     )
 
 

@@ -143,19 +143,13 @@ def with_set_up(placed: PlacedSite, one: Tried) -> SiteConfig:
     config = placed.config
     (own,), (given,) = config.cranes, cranes_of(config)
     foot_m = given.base_m[2]
-    assert one.crane is not None
-    if one.second is None:
-        table = machine_config(replace(one.crane, base_m=(*one.crane.base_m[:2], foot_m)))
-        update: dict[str, Any] = {"crane": table.model_copy(update={"name": own.name})}
-    else:
-        assert one.second.crane is not None
-        both = (one.crane, one.second.crane)
-        update = {
-            "crane": tuple(
-                machine_config(replace(crane, base_m=(*crane.base_m[:2], foot_m))).model_copy(update={"name": name})
-                for crane, name in zip(both, names_of_two(own.name), strict=True)
-            )
-        }
+    cranes = [each.crane for each in (one, one.second) if each is not None and each.crane is not None]
+    names = (own.name,) if one.second is None else names_of_two(own.name)
+    tables = tuple(
+        machine_config(replace(crane, base_m=(*crane.base_m[:2], foot_m))).model_copy(update={"name": name})
+        for crane, name in zip(cranes, names, strict=True)
+    )
+    update: dict[str, Any] = {"crane": tables[0] if len(tables) == 1 else tables}
     if one.yard is not None:
         update["areas"] = config.areas.model_copy(update={"yard": (one.yard.polygon,)})
         update["rules"] = config.rules.model_copy(update={"truckload_kg": one.yard.truckload_kg})

@@ -56,6 +56,6 @@ class PolicyScore(Table):
     observation: Text
     """Name of what the policy observes."""
     share: Annotated[float, Field(gt=0.0, le=1.0)]
-    """_Share of each set, from its first problem on."""
+    """Share of each set, from its first problem on."""
     sets: Annotated[tuple[SetScore, ...], Field(min_length=1)]
     """Scores by set."""

@@ -130,17 +130,9 @@ def set_ups(
     fits = _fits_within(bases_m, work, radii_m[1])
     parts = [
         _set_ups(crane, bases_m[n : n + step], work, hook_m, radii_m, fits[n : n + step])
-        for n in range(0, len(bases_m), step)
+        for n in range(0, max(1, len(bases_m)), step)
     ]
-    if not parts:
-        count = len(work.places_m)
-        return SetUps(np.zeros((0, count), np.bool_), np.zeros((0, count)), np.zeros(0), np.zeros(0))
-    return SetUps(
-        np.concatenate([one.served for one in parts]),
-        np.concatenate([one.lift_s for one in parts]),
-        np.concatenate([one.crane_s for one in parts]),
-        np.concatenate([one.used for one in parts]),
-    )
+    return SetUps(*(np.concatenate([getattr(one, each.name) for one in parts]) for each in fields(SetUps)))
 
 
 def _set_ups(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bimvox.bim.building import Building, Element, Role, Source
+from bimvox.bim.building import Building, Element, Role
 from bimvox.errors import InputError, SelectionError
 from bimvox.grid.frame import CELL_LIMIT, GridFrame, Label
 from bimvox.grid.storage import in_order
@@ -155,7 +155,7 @@ def voxelize_building(
         shared_fractions=fractions,
         boxes=np.concatenate(boxes),
         box_parts=np.repeat(np.arange(len(elements), dtype=np.int32), np.concatenate(box_counts)),
-        source=_plain_values(building.source),
+        source=asdict(building.source),
         origin_m=(float(building.origin_m[0]), float(building.origin_m[1]), float(building.origin_m[2])),
         georeference=building.georeference,
     )
@@ -173,17 +173,6 @@ def _extent(
             hint="the highest cell must lie beyond the lowest on every axis",
         )
     return low, high
-
-
-def _plain_values(source: Source) -> dict[str, str | bool]:
-    """Return where a building comes from, as the grid keeps it."""
-    return {
-        "name": source.name,
-        "sha256": source.sha256,
-        "format": source.format,
-        "unit": source.unit,
-        "unit_assumed": source.unit_assumed,
-    }
 
 
 def _bounds_of(building: Building, voxel_size_m: float) -> tuple[NDArray[np.float64], NDArray[np.uint64]]:

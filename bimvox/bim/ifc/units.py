@@ -69,26 +69,24 @@ class Units:
 
     def m(self, stated: Stated) -> float | None:
         """Return a length; None if the value is none."""
-        if self._kind(stated, "LENGTHUNIT") != "LENGTHUNIT":
-            return None
-        scale = self.metres if stated.unit is None else si_scale(stated.unit)
-        return None if scale is None else stated.value * scale
+        return self._converted(stated, "LENGTHUNIT", self.metres)
 
     def m3(self, stated: Stated) -> float | None:
         """Return a volume; None if the value is none."""
-        if self._kind(stated, "VOLUMEUNIT") != "VOLUMEUNIT":
-            return None
-        unit = stated.unit or self._of_project.get("VOLUMEUNIT")
-        scale = 1.0 if unit is None else si_scale(unit)
-        return None if scale is None else stated.value * scale
+        return self._converted(stated, "VOLUMEUNIT", 1.0, self._of_project.get("VOLUMEUNIT"))
 
     def kg_m3(self, stated: Stated) -> float | None:
         """Return a density; None if the value is none."""
-        if self._kind(stated, "MASSDENSITYUNIT") != "MASSDENSITYUNIT":
+        g_m3 = self._converted(stated, "MASSDENSITYUNIT", 1e3, self._of_project.get("MASSDENSITYUNIT"))
+        return None if g_m3 is None else g_m3 * 1e-3
+
+    def _converted(self, stated: Stated, kind: str, usual: float, unit: Any = None) -> float | None:
+        """Return a value by its own unit, otherwise by ``unit``, otherwise by a usual scale; None if it is none."""
+        if self._kind(stated, kind) != kind:
             return None
-        unit = stated.unit or self._of_project.get("MASSDENSITYUNIT")
-        scale = 1e3 if unit is None else si_scale(unit)
-        return None if scale is None else stated.value * scale * 1e-3
+        unit = stated.unit or unit
+        scale = usual if unit is None else si_scale(unit)
+        return None if scale is None else stated.value * scale
 
     def _kind(self, stated: Stated, plain: str) -> str | None:
         """Return the type of unit in which a value is, ``plain`` for a plain number; None for another measure."""

@@ -15,7 +15,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from bimvox.env.actions import ACTION_COUNT, checked_action, known_options, named
+from bimvox.env.actions import ACTION_COUNT, checked_action, known_options, known_render_mode, named
 from bimvox.env.dynamics import NO_ACTION
 from bimvox.env.problem import distance_field
 from bimvox.paper.env.batched import BatchedPaperSite, PaperStep
@@ -74,11 +74,8 @@ class PaperSiteEnv(gymnasium.Env[NDArray[np.float32], np.int64]):
         render_mode: str | None = None,
         **changes: Any,
     ) -> None:
-        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
-            known = ", ".join(self.metadata["render_modes"])
-            raise ValueError(f"render_mode: {render_mode!r} is unknown; there are None, {known}")
         self.site_spec = replace(site_named(site), **changes).in_building_order()
-        self.render_mode = render_mode
+        self.render_mode = known_render_mode(render_mode, self.metadata["render_modes"])
         space = observation_space(self.site_spec, observation)
         self.observation_space = cast("gymnasium.Space[NDArray[np.float32]]", space)
         self._shape = space.shape
@@ -241,9 +238,6 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
         threads: int | None = None,
         **changes: Any,
     ) -> None:
-        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
-            known = ", ".join(self.metadata["render_modes"])
-            raise ValueError(f"render_mode: {render_mode!r} is unknown; there are None, {known}")
         self.batch = BatchedPaperSite(
             replace(site_named(site), **changes),
             num_envs,
@@ -253,7 +247,7 @@ class PaperVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.int64], NDArray[A
             threads=threads,
         )
         self.num_envs = num_envs
-        self.render_mode = render_mode
+        self.render_mode = known_render_mode(render_mode, self.metadata["render_modes"])
         self.single_observation_space = self.batch.observation_space
         self.single_action_space = gymnasium.spaces.Discrete(ACTION_COUNT)
         self.observation_space = batch_space(self.single_observation_space, num_envs)

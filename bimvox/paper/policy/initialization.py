@@ -40,18 +40,15 @@ def initialize(
     config: PaperDqnConfig,
     *,
     seed: int,
-    budget: int | None = None,
-    progress: Callable[[CurvePoint], None] | None = None,
     checkpoint: Callable[[ValueNetwork, int], None] | None = None,
 ) -> _BasicPolicy:
     """Train from random starts without obstructions until tests reach the required success rate.
 
     A test has ``config.test_episodes`` episodes from random starts with ``config.test_exploration`` random actions.
     With ``config.greedy_too``, the same rate is required without random actions from every start
-    (:func:`greedy_layouts`). ``budget`` replaces the configuration's. ``checkpoint`` receives the network and the steps
-    before every test, ``progress`` the test. The same arguments give the same weights.
+    (:func:`greedy_layouts`). ``checkpoint`` receives the network and the steps before every test. The same arguments
+    give the same weights.
     """
-    budget = config.budget if budget is None else budget
     everywhere = greedy_layouts(spec, config)
     curve: list[CurvePoint] = []
     best: list[ValueNetwork] = []
@@ -64,15 +61,7 @@ def initialize(
             checkpoint(network, steps)
         draw = np.random.SeedSequence([seed, steps]).generate_state(2)
         starts = random_layouts(spec, config.test_episodes, int(draw[0]))
-        episodes = run_episodes(
-            network,
-            spec,
-            starts,
-            observation=config.flat_observation,
-            reward=config.reward,
-            exploration=config.test_exploration,
-            seed=int(draw[1]),
-        )
+        episodes = trial_episodes(network, spec, config, starts, int(draw[1]))
         rate = success_rate(episodes)
         greedy = greedy_success(network, spec, config, everywhere)
         point = CurvePoint(steps, rate, float(np.mean([e.reward for e in episodes])), greedy)
@@ -84,11 +73,9 @@ def initialize(
         reached = rate >= config.required_success and (not config.greedy_too or greedy >= config.required_success)
         if reached:
             best[:] = [network]
-        if progress is not None:
-            progress(point)
         return reached
 
-    steps = learn(spec, config, test, seed=seed, budget=budget)
+    steps = learn(spec, config, test, seed=seed, budget=config.budget)
     return _BasicPolicy(best[0], reached, tuple(curve), steps)
 
 
@@ -156,7 +143,7 @@ def apply_layout(
     There are ``config.trials`` episodes with the share ``config.test_exploration`` of random actions.
     """
     bare = replace(layout, obstructions=())
-    episodes = trial_episodes(network, spec, config, bare, config.trials, seed)
+    episodes = trial_episodes(network, spec, config, [bare] * config.trials, seed)
     return AppliedPolicy(best_of(episodes), success_rate(episodes))
 
 
@@ -168,13 +155,12 @@ def adapt(
     changed: PaperLayout,
     *,
     seed: int,
-    progress: Callable[[CurvePoint], None] | None = None,
 ) -> _AdaptedPolicy:
     """Keep the planned episode if nothing blocks its path; otherwise retrain the network on the changed layout.
 
     Training stops when ``config.retrain_successes`` of ``config.retrain_episodes`` test episodes succeed, or after
     ``config.retrain_budget`` steps. The episode with the highest reward is the new plan, and the network is the site's
-    new policy. The same arguments give the same weights. ``progress`` receives every test.
+    new policy. The same arguments give the same weights.
     """
     budget = config.retrain_budget
     collision = collision_of(spec, changed, planned)
@@ -186,11 +172,9 @@ def adapt(
 
     def test(tested: ValueNetwork, steps: int) -> bool:
         draw = int(np.random.SeedSequence([seed, steps]).generate_state(1)[0])
-        episodes = trial_episodes(tested, spec, config, changed, config.retrain_episodes, draw)
+        episodes = trial_episodes(tested, spec, config, [changed] * config.retrain_episodes, draw)
         curve.append(CurvePoint(steps, success_rate(episodes), float(np.mean([e.reward for e in episodes]))))
         last[:] = [(tested, episodes)]
-        if progress is not None:
-            progress(curve[-1])
         return enough_succeed(config, episodes)
 
     good = test(network, 0)
@@ -227,13 +211,13 @@ def collision_of(spec: PaperSpec, changed: PaperLayout, planned: Episode) -> int
 
 
 def trial_episodes(
-    network: ValueNetwork, spec: PaperSpec, config: PaperDqnConfig, layout: PaperLayout, count: int, seed: int
+    network: ValueNetwork, spec: PaperSpec, config: PaperDqnConfig, layouts: Sequence[PaperLayout], seed: int
 ) -> tuple[Episode, ...]:
-    """Return ``count`` episodes of a network on a layout, with the share of random actions of tests."""
+    """Return an episode of a network on each layout, with the share of random actions of tests."""
     return run_episodes(
         network,
         spec,
-        [layout] * count,
+        layouts,
         observation=config.flat_observation,
         reward=config.reward,
         exploration=config.test_exploration,

@@ -202,7 +202,7 @@ def _unmastered(
     kept: dict[int, PaperLayout] = {}
     for moves, changed in zip(teacher_moves(spec, sites).tolist(), sites, strict=True):
         if moves > 0 and moves not in kept:
-            episodes = trial_episodes(network, spec, config, changed, config.retrain_episodes, seed)
+            episodes = trial_episodes(network, spec, config, [changed] * config.retrain_episodes, seed)
             if not enough_succeed(config, episodes):
                 kept[moves] = changed
     return kept

@@ -52,7 +52,7 @@ def fakes(monkeypatch):
 
 def test_it_stops_at_the_first_test_in_which_every_episode_succeeds(fakes):
     fakes.rates = (0.3, 0.99, 1.0, 1.0)
-    basic = initialize(TINY, replace(SLOW, test_episodes=100), seed=0, budget=1_000)
+    basic = initialize(TINY, replace(SLOW, test_episodes=100, budget=1_000), seed=0)
     assert fakes.episodes == 100
     assert [point.success_rate for point in basic.curve] == [0.3, 0.99, 1.0]
     assert basic.reached
@@ -62,7 +62,7 @@ def test_it_stops_at_the_first_test_in_which_every_episode_succeeds(fakes):
 
 def test_not_learned_within_the_budget_is_a_result(fakes):
     fakes.rates = (0.3, 0.9, 0.5, 0.0)
-    basic = initialize(TINY, SLOW, seed=0, budget=800)
+    basic = initialize(TINY, replace(SLOW, budget=800), seed=0)
     assert not basic.reached
     assert basic.steps == 800
     assert basic.network is fakes.networks[1]  # the best tested network
@@ -70,15 +70,15 @@ def test_not_learned_within_the_budget_is_a_result(fakes):
 
 def test_our_mode_requires_every_start_without_random_actions_too(fakes):
     fakes.rates, fakes.greedy = (1.0, 1.0), 0.9
-    assert not initialize(TINY, replace(SLOW, greedy_too=True), seed=0, budget=400).reached
-    assert initialize(TINY, SLOW, seed=0, budget=400).reached
+    assert not initialize(TINY, replace(SLOW, greedy_too=True, budget=400), seed=0).reached
+    assert initialize(TINY, replace(SLOW, budget=400), seed=0).reached
 
 
 def test_every_network_is_saved_before_it_is_tested(fakes):
     fakes.rates = (0.3, 1.0)
-    told, saved = [], []
-    initialize(TINY, SLOW, seed=0, progress=told.append, checkpoint=lambda network, steps: saved.append(steps))
-    assert saved == [point.steps for point in told] == [200, 400]
+    saved = []
+    basic = initialize(TINY, SLOW, seed=0, checkpoint=lambda network, steps: saved.append(steps))
+    assert saved == [point.steps for point in basic.curve] == [200, 400]
 
 
 def test_greedy_tests_take_every_distinct_start_where_nothing_else_is_drawn():
@@ -90,7 +90,7 @@ def test_greedy_tests_take_every_distinct_start_where_nothing_else_is_drawn():
 
 @pytest.fixture(scope="module")
 def lessons():
-    return [initialize(TINY, QUICK, seed=seed, budget=3_000) for seed in range(5)]
+    return [initialize(TINY, replace(QUICK, budget=3_000), seed=seed) for seed in range(5)]
 
 
 def test_a_tiny_site_is_learned_to_its_optimum(lessons):
@@ -110,7 +110,7 @@ def test_a_fixed_small_budget_is_enough_for_every_seed(lessons):
 
 
 def test_training_twice_with_one_seed_is_identical(lessons):
-    again = initialize(TINY, QUICK, seed=0, budget=3_000)
+    again = initialize(TINY, replace(QUICK, budget=3_000), seed=0)
     assert again.curve == lessons[0].curve
     assert network_to_bytes(again.network) == network_to_bytes(lessons[0].network)
     assert network_to_bytes(again.network) != network_to_bytes(lessons[1].network)
@@ -126,6 +126,6 @@ def test_the_papers_mode_learns_the_tiny_site():
 
 @pytest.mark.slow
 def test_the_papers_site_within_the_papers_first_test():
-    basic = initialize(PAPER, OUR_MODE, seed=0, budget=2_000)
+    basic = initialize(PAPER, replace(OUR_MODE, budget=2_000), seed=0)
     assert basic.reached
     assert basic.curve[-1].greedy_rate == 1.0

@@ -106,7 +106,7 @@ def straight(monkeypatch):
 
     copes = {"accepts": lambda layout: False}
     monkeypatch.setattr(scenarios, "apply_layout", apply_layout)
-    monkeypatch.setattr(scenarios, "trial_episodes", lambda network, spec, config, layout, count, seed: layout)
+    monkeypatch.setattr(scenarios, "trial_episodes", lambda network, spec, config, layouts, seed: layouts[0])
     monkeypatch.setattr(scenarios, "enough_succeed", lambda config, layout: copes["accepts"](layout))
     return copes
 
