@@ -156,12 +156,12 @@ class Training:
     curve: tuple[CurvePoint, ...] = field(default=(), repr=False)
     steps: int = 0
     success_rate: float = 0.0
-    length_ratio: float = 0.0
+    length_ratio: float = field(default=0.0, repr=False)
     tested: int = 0
-    config: DqnConfig = DqnConfig()  # noqa: RUF009  (immutable)
-    seed: int = 0
+    config: DqnConfig = field(default=DqnConfig(), repr=False)
+    seed: int = field(default=0, repr=False)
     parent: str | None = None
-    budget: int | None = None
+    budget: int | None = field(default=None, repr=False)
 
     def training(self) -> dict[str, Any]:
         """Return these values by name, for another record of the same training."""

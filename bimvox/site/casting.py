@@ -36,17 +36,7 @@ from bimvox.site.work import Part, Work, work_of
 
 @dataclass(frozen=True, slots=True)
 class BuildingTimes:
-    """The times of parts that are built in place.
-
-    Attributes:
-        people: People of a trade; the parts are built one after the other.
-        masonry_h_m3: Working hours of one person for a cubic metre of masonry.
-        light_h_m2: The same for a square metre of a partition, of cladding, of a roof's covering.
-        glazing_h_m2: The same for a square metre of glass.
-        earth_h_m3: The same for a cubic metre of earth.
-        other_h_m3: The same for a cubic metre of anything else that the site file says is built.
-        wait_h: Hours from the end of the work until it carries what rests on it.
-    """
+    """The times of parts that are built in place: ``BuildingConfig`` says what its fields mean."""
 
     people: float
     masonry_h_m3: float
@@ -89,12 +79,7 @@ CONCRETE_KG_M3 = 2400.0
 
 @dataclass(frozen=True, slots=True)
 class CastTimes:
-    """The time of a class of work that is cast in place.
-
-    Attributes:
-        hours_m3: Working hours of one person for a cubic metre.
-        wait_h: Hours from the end of the work until it carries what rests on it.
-    """
+    """The time of a class of work that is cast in place: ``CastTimesConfig`` says what its fields mean."""
 
     hours_m3: float
     wait_h: float
@@ -102,14 +87,7 @@ class CastTimes:
 
 @dataclass(frozen=True, slots=True)
 class Casting:
-    """The times of work that the crane does not do; the fields after the first four are the values of ``Work``.
-
-    Attributes:
-        people: People who cast; they do one part after the other.
-        hand_s: Time to set a part by hand; one part after the other.
-        bundle_kg: A heavier bundle of parts that are set by hand is a material lift of the crane.
-        bundle_s: Crane time of a material lift.
-    """
+    """The times of work that the crane does not do: ``CastingConfig`` says what its fields mean."""
 
     people: float
     hand_s: float

@@ -104,18 +104,13 @@ USUAL_LIFTING = Lifting()
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Component:
-    """One part to be lifted.
+    """One part to be lifted; fields that an ``Element`` has too are those of its element.
 
     Attributes:
         index: Position in ``Site.components``.
-        id: Unique id; the GlobalId if there is one.
-        global_id: IFC GlobalId, or the body's name.
-        ifc_class: For example ``IfcBeam``.
-        name: The source's name.
         shape: Its cells in its orientation in the building.
         target_vox: Reference cell at its place in the building.
         mesh: Its triangles at its place, metres in the site frame.
-        mass_kg: Its mass.
         hook_offset_vox: Cell of the hook line relative to the reference cell: x and y of the column above the centre of
             mass, z one above the shape's top.
         hook_aside_vox: How far the hook hangs from the middle of that cell on plan, cells: its line is exactly above
@@ -129,19 +124,11 @@ class Component:
         sail_area_m2: The largest area that it presents to the wind.
         before: Ids of components that must be set later than this one (a constraint of the site file).
         after: Ids of components that must be set earlier than this one.
-        type_name: Name of its IFC type, if any.
-        storey: Name of the storey that holds it, if any.
-        material: Name of its (main) material, if any.
         mass_source: ``quantity``, ``density`` (of its material) or ``default`` (of its kind); empty if not known.
         hints: Wishes about its position in the order.
         crane: Index in ``Site.cranes`` of the crane that lifts it.
-        predefined_type: Its IFC predefined type in capitals, for example ``HOLLOWCORE``, if any.
         means: How it gets to its place: lifted by the crane, cast there, or set by hand.
         means_reason: Why the crane does not lift it; empty if it does.
-        casting: Whether its source states that it is precast, or cast in place.
-        volume_guessed: Whether its mass is that of a guessed volume: its mesh is open.
-        judgement: What kind of part it is, and why.
-        stated_means: How the site file says that parts of its type get to their places, if it does.
         spans: Whether it is as low as the ground and yet over other parts, such as the ceiling of a basement.
     """
 

@@ -27,14 +27,7 @@ TRIAL_LIFT_S = 10.0
 
 @dataclass(frozen=True, slots=True, order=True)
 class CrewTimes:
-    """What the crew takes for one part while the crane stands.
-
-    Attributes:
-        sling_s: Attaching the slings.
-        brace_s: Aligning, fixing and bracing the part while it hangs on the hook.
-        release_s: Taking the slings off.
-        tag_line_s: Fixing the tag lines that keep the part's heading; taking them off takes as long.
-    """
+    """What the crew takes for one part while the crane stands: ``CrewTimesConfig`` says what its fields mean."""
 
     sling_s: float
     brace_s: float

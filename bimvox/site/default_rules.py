@@ -87,17 +87,9 @@ FAR_FROM_GROUND_M = 100.0
 
 @dataclass(frozen=True, slots=True)
 class YardRules:
-    """How parts lie in the yard.
+    """How parts lie in the yard; ``YardConfig``, the table of the site file, says what its fields mean.
 
     Attributes:
-        gap_m: Free width on plan around a part that is picked, up to the height of a head.
-        stack_parts: Most parts in a stack; 1: no stacks.
-        stack_height_m: Largest height of a stack, dunnage included.
-        stack_kg: Largest mass of a stack.
-        dunnage_m: Thickness of the dunnage between two parts of a stack, rounded up to whole cells.
-        rack_parts: Most walls in a rack; 0: no racks.
-        rack_depth: Depth of a rack's frame behind the last wall, as a share of the highest wall's height, rounded up to
-            whole cells.
         truck_m: Length, width and height that parts may take on a truck; None: its load has no size.
     """
 

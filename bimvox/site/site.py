@@ -56,36 +56,12 @@ class HeadingRule(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Rules:
-    """The rules of a site.
+    """The rules of a site; ``RulesConfig``, the table of the site file, says what its fields mean.
 
     Attributes:
-        clearance_m: Distance kept from obstructions and the crane's mast, rounded up to whole cells.
-        contact_tolerance_m: How deep the real triangles of neighbours may overlap during the last moves.
-        support_gap_m: How far below a part its support may be (grout joints, bearings).
-        rope: Whether a hoist rope above the load must be kept free (only with a crane).
-        sample_period_s: Spacing of the timed trajectory in the log.
-        bracing_s: Time to align, fix and brace a part of any class on the hook; None: by its class.
-        release_s: Time to remove the slings of a part of any class; None: by its class.
-        turn_s: Time to turn a hanging part by a quarter.
-        rope_clearance_m: Distance on plan of hook and rope from everything higher, between departure and gate.
-        wind_speed_m_s: Wind (gust of 3 s at jib height) in which every lift must be possible; 0: no wind.
-        drag_coefficient: c_w of the parts: 1.1 for a cube to 2.0 for a long plate.
-        sling_angle_rad: Largest angle between two legs of a sling.
-        critical_share: Share of the capacity above which a lift is critical; 75 percent in 29 CFR 1926.751 (OSHA).
-        highest_utilisation: Share of the capacity that nothing on the hook exceeds at any radius; 1: the load chart.
-        crane_separation_m: Distance between two cranes and their loads, on plan or in height.
-        transit_clearance_m: Distance from everything between departure and gate, rounded up to whole cells.
-        swing: Whether the swing of loads is shaped, proven and kept small at the set point, or ignored.
-        truckload_kg: Largest mass of a delivery, except for a single heavier part; 0: as much as the yard holds.
-        by_other_means: Whether a part that the crane cannot set counts as set by other means from its turn on.
-            Otherwise it is missing, and so is everything that rests on it.
+        sling_angle_rad: ``sling_angle_deg`` in radians.
         gives_way: Names of the rules that are defaults: a lift that cannot keep them is planned with what it can keep.
-        times: The crew's times by class of work.
-        casting: The times of work that the crane does not do.
-        building: The times of parts that are built in place.
-        curing: How long the joints of lifted parts cure until they carry what rests on these; None: they carry at once.
         order_search: Whether a faster erection sequence than the greedy one is searched.
-        heading: What keeps the heading of a load while the jib turns. A load with no room to turn keeps its heading.
         yard: How parts lie in the yard; None: a cell apart and never on each other.
     """
 
