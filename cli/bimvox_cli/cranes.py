@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox_cli.options import MachineChoice, command
-from bimvox_cli.output import Column, Output, table
+from bimvox_cli.output import Column, Output, rounded, table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -48,7 +48,7 @@ def _listed(values: Sequence[float]) -> str:
 _LISTED: dict[str, Column] = {
     "machine": "machine",
     "kind": "kind",
-    "tm": lambda one: round(one["load_moment_tm"]),
+    "tm": rounded("load_moment_tm"),
     "jibs m": lambda one: _listed(one["jib_lengths_m"]),
     "falls": lambda one: _listed(one["falls"]),
     "t": lambda one: one["largest_capacity_kg"] / 1000.0,
@@ -57,14 +57,14 @@ _LISTED: dict[str, Column] = {
 }
 _ON_SITE: dict[str, Column] = {
     "machine": "machine",
-    "tm": lambda one: round(one["load_moment_tm"]),
+    "tm": rounded("load_moment_tm"),
     "jib m": "jib_length_m",
     "falls": "falls",
     "serves": "serves",
     "parts": lambda one: f"{one['parts_served']} of {one['parts']}",
-    "highest %": lambda one: round(100.0 * one["highest_utilisation"]),
-    "largest radius m": lambda one: round(one["largest_radius_m"], 1),
+    "highest %": rounded("highest_utilisation", per=0.01),
+    "largest radius m": rounded("largest_radius_m", 1),
     "hours": "estimated_hours",
-    "cost": lambda one: round(one["estimated_cost"]),
+    "cost": rounded("estimated_cost"),
     "why not": "reason",
 }

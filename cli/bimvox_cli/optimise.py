@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,7 +11,7 @@ import typer
 
 from bimvox_cli.fleet_options import BackendName, Fresh, Jobs
 from bimvox_cli.options import MachineChoice, command, to_file
-from bimvox_cli.output import Column, Output, fields, rows, spent, table
+from bimvox_cli.output import Column, Output, cells_of, fields, rounded, rows, spent, table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -113,16 +113,11 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
 
 def _show_all(console: Console, document: Mapping[str, Any]) -> None:
     heads = ("site", "parts", "given h", "fastest h", "machine", "given cost", "cheapest cost", "machine", "why not")
-    costs = [_whole(key) for key in ("given_cost", "cheapest_cost")]
-    values = [
-        (
-            *(one[key] for key in ("name", "parts", "given_hours", "fastest_hours", "fastest_machine")),
-            *(cost(one) for cost in costs),
-            *(one[key] for key in ("cheapest_machine", "error")),
-        )
-        for one in document["sites"]
-    ]
-    rows(console, heads, values, limit=None)
+    columns = (
+        *("name", "parts", "given_hours", "fastest_hours", "fastest_machine"),
+        *(rounded("given_cost"), rounded("cheapest_cost"), "cheapest_machine", "error"),
+    )
+    rows(console, heads, [cells_of(columns, one) for one in document["sites"]], limit=None)
     console.print()
     kept = f", {document['kept']:,} of them kept" if document["kept"] else ""
     fields(
@@ -146,10 +141,6 @@ def _yard(one: Mapping[str, Any]) -> str:
     return place + (f", {one['truckload_kg'] / 1000.0:g} t" if one["truckload_kg"] else "")
 
 
-def _whole(key: str, times: float = 1.0) -> Callable[[Mapping[str, Any]], int | None]:
-    return lambda one: None if one[key] is None else round(times * one[key])
-
-
 _SET_UPS: dict[str, Column] = {
     "set-up": _machines,
     "jib m": "jib_m",
@@ -160,7 +151,7 @@ _SET_UPS: dict[str, Column] = {
     "crane h": "hours",
     "moving h": "moving_hours",
     "critical": "critical_lifts",
-    "highest %": _whole("highest_utilisation", 100.0),
-    "cost": _whole("cost"),
+    "highest %": rounded("highest_utilisation", per=0.01),
+    "cost": rounded("cost"),
     "why not": lambda one: one["error"]["message"] if one["error"] else one.get("why_lost"),
 }

@@ -172,6 +172,11 @@ Column = str | Callable[[Any], object]
 """A column of a table: the key of its values, or a function of an item."""
 
 
+def rounded(key: str, digits: int | None = None, *, per: float = 1.0) -> Column:
+    """Return a column of the numbers of a key, rounded, in units of ``per``; empty where there is none."""
+    return lambda one: None if one[key] is None else round(one[key] / per, digits)
+
+
 def table(
     console: Console,
     columns: Mapping[str, Column],
@@ -181,8 +186,12 @@ def table(
     limit: int | None = ROWS_SHOWN,
 ) -> None:
     """Print a table of items, a row each, with columns by their headings."""
-    cells = [[of(one) if callable(of) else one[of] for of in columns.values()] for one in items]
-    rows(console, list(columns), cells, title=title, limit=limit)
+    rows(console, list(columns), [cells_of(columns.values(), one) for one in items], title=title, limit=limit)
+
+
+def cells_of(columns: Iterable[Column], item: Any) -> list[object]:
+    """Return the row of an item."""
+    return [of(item) if callable(of) else item[of] for of in columns]
 
 
 def _print_trimmed(console: Console, table: Table) -> None:

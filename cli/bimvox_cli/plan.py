@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,7 +14,7 @@ from bimvox.records.proof import ASSUMED_KIND
 from bimvox.units import clock, elapsed
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
 from bimvox_cli.options import FullRate, PolicyId, Programme, Seed, Steps, Train, command, to_file
-from bimvox_cli.output import Output, fields, rows, spent
+from bimvox_cli.output import Column, Output, fields, rounded, spent, table
 from bimvox_cli.remarks import Remarks, crane_fields, show_remarks, verdict
 
 if TYPE_CHECKING:
@@ -112,67 +112,22 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
     from bimvox.site.site import part_name, with_names  # heavy
 
     lifts = document["lifts"]
-    cranes = ("crane",) if document["figures"].get("cranes") else ()
+    cranes = bool(document["figures"].get("cranes"))
     planned = [lift for lift in lifts if lift["status"] == "planned"]
     names = {lift["component"]: part_name(lift["component"], lift["name"], lift["ifc_class"]) for lift in lifts}
     others = sum(item["by_other_means"] for item in document["infeasible"])
     console.print(first_line(document, len(planned), others))
     console.print()
-    rows(
-        console,
-        ("lift", *cranes, "part", "component", "found by", "moves", "shortest", "crane s", "bound s"),
-        [
-            (
-                lift["number"],
-                *(lift[name] for name in cranes),
-                lift.get("name") or lift.get("ifc_class"),
-                lift["component"],
-                lift["method"] or lift["status"].replace("_", " "),
-                lift["moves"],
-                lift["shortest_moves"],
-                *(None if lift[key] is None else round(lift[key], 1) for key in ("duration_s", "bound_s")),
-            )
-            for lift in lifts
-        ],
-    )
+    table(console, {name: of for name, of in _LIFTS.items() if name != "crane" or cranes}, lifts)
     if document["infeasible"]:
         console.print()
-    rows(
-        console,
-        ("lift", "part", "component", "reason", "blocked by", "needed by"),
-        [
-            (
-                item["number"],
-                item["name"],
-                item["component"],
-                with_names(item["reason"] or "", names),
-                listed(item["blocked_by_names"]),
-                None if item["needed_by_s"] is None else clock(item["needed_by_s"]),
-            )
-            for item in document["infeasible"]
-        ],
-        title=f"infeasible: {len(document['infeasible']):,}" + (", to be set by other means" if others else ""),
-    )
-    rows(
-        console,
-        ("means", "storey", "kind", "parts", "t", "why", "needed by", "work begins", "carries", "crane min"),
-        [
-            (
-                group["means"].replace("_", " "),
-                group["storey"],
-                group["kind"],
-                group["parts"],
-                round(group["mass_kg"] / 1000.0, 2),
-                group["reason"],
-                None if group["needed_by_s"] is None else clock(group["needed_by_s"]),
-                *(None if group[key] is None else elapsed(group[key]) for key in ("begins_s", "carries_s")),
-                None if group["material_lift_s"] is None else round(group["material_lift_s"] / 60.0, 1),
-            )
-            for group in document["not_lifted"]
-        ],
-        title=f"no lifts of the crane: {sum(group['parts'] for group in document['not_lifted']):,}; work begins and "
-        "carries in elapsed time",
-    )
+    reason: Column = lambda one: with_names(one["reason"] or "", names)  # noqa: E731
+    infeasible, not_lifted = document["infeasible"], document["not_lifted"]
+    title = f"infeasible: {len(infeasible):,}" + (", to be set by other means" if others else "")
+    table(console, {**_INFEASIBLE, "reason": reason}, infeasible, title=title)
+    parts = sum(group["parts"] for group in not_lifted)
+    title = f"no lifts of the crane: {parts:,}; work begins and carries in elapsed time"
+    table(console, _NOT_LIFTED, not_lifted, title=title)
     show_remarks(console, document["remarks"], every=every)
     console.print()
     fields(
@@ -190,6 +145,43 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
             ("took", spent(document["seconds"])),
         ],
     )
+
+
+def _time(key: str, in_words: Callable[[float], str]) -> Column:
+    return lambda one: None if one[key] is None else in_words(one[key])
+
+
+_LIFTS: dict[str, Column] = {
+    "lift": "number",
+    "crane": "crane",
+    "part": lambda lift: lift.get("name") or lift.get("ifc_class"),
+    "component": "component",
+    "found by": lambda lift: lift["method"] or lift["status"].replace("_", " "),
+    "moves": "moves",
+    "shortest": "shortest_moves",
+    "crane s": rounded("duration_s", 1),
+    "bound s": rounded("bound_s", 1),
+}
+_INFEASIBLE: dict[str, Column] = {
+    "lift": "number",
+    "part": "name",
+    "component": "component",
+    "reason": "reason",
+    "blocked by": lambda one: listed(one["blocked_by_names"]),
+    "needed by": _time("needed_by_s", clock),
+}
+_NOT_LIFTED: dict[str, Column] = {
+    "means": lambda group: group["means"].replace("_", " "),
+    "storey": "storey",
+    "kind": "kind",
+    "parts": "parts",
+    "t": rounded("mass_kg", 2, per=1000.0),
+    "why": "reason",
+    "needed by": _time("needed_by_s", clock),
+    "work begins": _time("begins_s", elapsed),
+    "carries": _time("carries_s", elapsed),
+    "crane min": rounded("material_lift_s", 1, per=60.0),
+}
 
 
 def first_line(document: Mapping[str, Any], planned: int, others: int) -> Text:
