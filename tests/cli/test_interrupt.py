@@ -52,7 +52,11 @@ def _terminate(process: subprocess.Popen[str]) -> None:
 
 @pytest.mark.parametrize(
     ("interrupt", "code"),
-    [pytest.param(_to_the_process, 130, marks=pytest.mark.slow), (_to_the_group, 130), (_terminate, 143)],
+    [
+        pytest.param(_to_the_process, 130, marks=pytest.mark.slow),
+        (_to_the_group, 130),
+        pytest.param(_terminate, 143, marks=pytest.mark.slow),
+    ],
 )
 def test_nothing_stays(tmp_path: Path, interrupt: Callable[[subprocess.Popen[str]], None], code: int) -> None:
     told, scratch, out = tmp_path / "told", tmp_path / "tmp", tmp_path / "out"

@@ -46,7 +46,9 @@ def test_one_bad_body_does_not_cost_the_good_parts(body):
         assert bad.reason
 
 
-@pytest.mark.parametrize("mass_kg", [1e-6, 1e9, 1e12, 2.1546e12])
+@pytest.mark.parametrize(
+    "mass_kg", [1e-6, *(pytest.param(kg, marks=pytest.mark.slow) for kg in (1e9, 1e12)), 2.1546e12]
+)
 def test_an_absurd_mass_costs_its_own_lift_at_most(mass_kg):
     plan = _plan(hostile_frame(BODIES["inside out"](), mass_kg=mass_kg))
     assert plan.verified

@@ -185,7 +185,10 @@ def test_an_unknown_policy_is_refused(site_folder):
 
 @pytest.mark.parametrize(
     "name",
-    ["paper.ifc", "frame.ifc", "frame_ifc2x3_mm.ifc", "frame_georeferenced.ifc", "prefab.ifc", "yard.glb", "yard.stl"],
+    [
+        *("paper.ifc", "frame.ifc", "frame_ifc2x3_mm.ifc", "frame_georeferenced.ifc", "yard.glb", "yard.stl"),
+        pytest.param("prefab.ifc", marks=pytest.mark.slow),
+    ],
 )
 def test_init_writes_a_site_file_that_loads_without_edits(name, tmp_path):
     document = init(SAMPLES / name, tmp_path / "s.site.toml", progress=SilentProgress())
