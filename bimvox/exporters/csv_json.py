@@ -146,16 +146,12 @@ def lifts_csv(log: PlanLog, dates: PlanDates | None = None) -> str:
     return table(LIFT.meanings, (row.values() for row in rows))
 
 
-def to_json(log: PlanLog, dates: PlanDates | None = None) -> dict[str, Any]:
-    """Return the lifts as plain values: every lift as in ``LIFT``, its path, and its samples by column.
-
-    The deliveries are those of :func:`delivery_records`.
-    """
-    return _document(log, dates) | {"lifts": [*_lifts(log, dates)]}
-
-
 def json_bytes(log: PlanLog, dates: PlanDates | None = None) -> bytes:
-    """Return :func:`to_json` as text; one lift at a time has a Python object for each of its numbers."""
+    """Return the lifts as JSON: every lift as in ``LIFT``, its path, and its samples by column.
+
+    The deliveries are those of :func:`delivery_records`. One lift at a time has a Python object for each of its
+    numbers.
+    """
     encoder = json.JSONEncoder(ensure_ascii=False, indent=1)
     before, after = encoder.encode(_document(log, dates)).split('\n "lifts": []')
     stream = io.BytesIO()

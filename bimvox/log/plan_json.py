@@ -56,13 +56,13 @@ def plan_to_json(plan: LiftPlan, context: Collection[Lift] = ()) -> bytes:
     return _lines("lifts", lifts, document)
 
 
-def lines_of(name: str, entries: Iterable[Any], others: Mapping[str, Any] | None = None) -> bytes:
+def lines_of(name: str, entries: Iterable[Any]) -> bytes:
     """Return a JSON document with a list, one entry a line: readable, and quick to write."""
-    return _lines(name, map(_text, entries), others)
+    return _lines(name, map(_text, entries), {})
 
 
-def _lines(name: str, texts: Iterable[str], others: Mapping[str, Any] | None = None) -> bytes:
-    values = {key: _text(value) for key, value in (others or {}).items()}
+def _lines(name: str, texts: Iterable[str], others: Mapping[str, Any]) -> bytes:
+    values = {key: _text(value) for key, value in others.items()}
     values[name] = "[\n" + ",\n".join(texts) + "\n]"
     return ("{\n" + ",\n".join(f'"{key}": {text}' for key, text in values.items()) + "\n}\n").encode()
 

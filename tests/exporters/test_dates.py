@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
+import json
 from datetime import date, datetime, timedelta
 from functools import cache
 from pathlib import Path
@@ -15,7 +16,7 @@ import pytest
 import seeded_faults as faults
 from valid_ifc import issues
 
-from bimvox.exporters.csv_json import lifts_csv, to_json
+from bimvox.exporters.csv_json import json_bytes, lifts_csv
 from bimvox.exporters.ifc import with_schedule
 from bimvox.exporters.lift_schedule import DEFAULT_BEGIN, LiftSchedule, duration_text, schedule_of
 from bimvox.exporters.ms_project import NAMESPACE, to_ms_project
@@ -218,9 +219,9 @@ def test_ifc_has_the_dates_and_is_valid(tmp_path, name):
 def test_tables_have_local_times_and_the_calendar():
     rows = list(csv.DictReader(io.StringIO(lifts_csv(log(), dates()))))
     assert [(row["begins"], row["ends"]) for row in rows] == [dates().span(order) for order in range(4)]
-    document = to_json(log(), dates())
+    document = json.loads(json_bytes(log(), dates()))
     assert document["calendar"]["ends"] == rows[-1]["ends"] == document["lifts"][-1]["ends"]
-    assert to_json(log())["calendar"] is None
+    assert json.loads(json_bytes(log()))["calendar"] is None
     assert {row["begins"] for row in csv.DictReader(io.StringIO(lifts_csv(log())))} == {""}
 
 

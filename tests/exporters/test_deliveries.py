@@ -5,12 +5,13 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
+import json
 from datetime import datetime
 
 import seeded_faults as faults
 from log_building import tiny_log
 
-from bimvox.exporters.csv_json import DELIVERY_COLUMNS, deliveries_csv, delivery_records, to_json
+from bimvox.exporters.csv_json import DELIVERY_COLUMNS, deliveries_csv, delivery_records, json_bytes
 from bimvox.log.dates import log_dates
 from bimvox.log.plan_log import PlanLog
 
@@ -57,7 +58,7 @@ def test_the_table_and_the_document_say_the_same():
     dates = log_dates(log)
     rows = list(csv.DictReader(io.StringIO(deliveries_csv(log, dates))))
     assert list(rows[0]) == list(DELIVERY_COLUMNS)
-    document = to_json(log, dates)["deliveries"]
+    document = json.loads(json_bytes(log, dates))["deliveries"]
     told = [(truck["truck"], truck["needed"], part["global_id"]) for truck in document for part in truck["parts"]]
     assert [(int(row["truck"]), row["needed"], row["global_id"]) for row in rows] == told
     assert [float(row["length_m"]) for row in rows] == [

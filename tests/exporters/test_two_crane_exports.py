@@ -2,6 +2,7 @@
 
 import csv
 import io
+import json
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from two_cranes import two_crane_plan
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.exporters.animation import to_animated_glb
-from bimvox.exporters.csv_json import lifts_csv, to_csv, to_json, to_mcap
+from bimvox.exporters.csv_json import json_bytes, lifts_csv, to_csv, to_mcap
 from bimvox.exporters.ros2 import write_ros2_bag
 from bimvox.log.mcap.reader import read_contents
 from bimvox.log.plan_log import PlanLog
@@ -33,8 +34,8 @@ def test_every_sample_and_every_lift_names_its_crane(log):
     assert {row["crane"] for row in rows} == {"west", "east"}
     lifts = list(csv.DictReader(io.StringIO(lifts_csv(log))))
     assert {int(row["order"]): row["crane"] for row in lifts} == names
-    assert {lift["order"]: lift["crane"] for lift in to_json(log)["lifts"]} == names
-    assert set(to_json(log)["lifts"][0]["samples"]["crane"]) == {names[0]}
+    assert {lift["order"]: lift["crane"] for lift in json.loads(json_bytes(log))["lifts"]} == names
+    assert set(json.loads(json_bytes(log))["lifts"][0]["samples"]["crane"]) == {names[0]}
     assert "wait" in {row["phase"] for row in rows}
 
 

@@ -9,7 +9,6 @@ each message from its end to its beginning: every length is known before it is w
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
@@ -319,17 +318,12 @@ def vector(xyz: Sequence[float]) -> Any:
     return Vector3(x=xyz[0], y=xyz[1], z=xyz[2])
 
 
-def _about_z(angle_rad: float) -> Any:
-    """Return a turn about z as a quaternion."""
-    return Quaternion(z=math.sin(angle_rad / 2), w=math.cos(angle_rad / 2))
+_UPRIGHT = Quaternion(w=1.0)
 
 
-_UPRIGHT = _about_z(0.0)
-
-
-def pose(position_m: Sequence[float], yaw_rad: float = 0.0) -> Any:
-    """Return a pose, upright, turned about z."""
-    return Pose(position=vector(position_m), orientation=_about_z(yaw_rad) if yaw_rad else _UPRIGHT)
+def pose(position_m: Sequence[float]) -> Any:
+    """Return a pose, not turned."""
+    return Pose(position=vector(position_m), orientation=_UPRIGHT)
 
 
 def colour(rgba: Sequence[float]) -> Any:

@@ -195,11 +195,11 @@ class Panel:
     note: str = ""
 
 
-def draw_success_curves(panels: Sequence[Panel], *, columns: int = 2, file_format: Format = "png") -> bytes:
+def draw_success_curves(panels: Sequence[Panel], *, file_format: Format = "png") -> bytes:
     """Return the picture of success rates against training steps, with the panels in reading order."""
     labels = list(dict.fromkeys(curve.label for panel in panels for curve in panel.curves))
     looks = {label: LINES[n % len(LINES)] for n, label in enumerate(labels)}
-    columns = min(columns, len(panels))
+    columns = min(2, len(panels))
     rows = math.ceil(len(panels) / columns)
     with house_style():
         figure = Figure(figsize=(4.6 * columns, 2.7 * rows), layout="constrained")

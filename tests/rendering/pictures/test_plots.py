@@ -50,11 +50,11 @@ def test_each_series_has_its_colour_in_every_panel():
     assert has_colour(one, 0)
     assert not has_colour(one, 1)
     second_alone = draw_success_curves(
-        [Panel("(a)", (curve("paper", 1.0), curve("ours", 1.0))), Panel("(b)", (curve("ours", 0.5),))], columns=1
+        [Panel("(a)", (curve("paper", 1.0), curve("ours", 1.0))), Panel("(b)", (curve("ours", 0.5),))]
     )
-    lower = pixels(second_alone)[pixels(second_alone).shape[0] // 2 :]
+    right = pixels(second_alone)[:, pixels(second_alone).shape[1] // 2 :]
     rgb = [int(LINES[1].colour[n : n + 2], 16) for n in (1, 3, 5)]
-    assert (np.abs(lower - rgb).max(axis=2) < 12).any()
+    assert (np.abs(right - rgb).max(axis=2) < 12).any()
 
 
 def test_a_panel_without_curves_says_why():
