@@ -23,7 +23,7 @@ from bimvox.records.unloading import unloading_lifts
 from bimvox.rendering.colours import CLASSES, NO_GROUP, REMARKS, SHARES
 from bimvox.rendering.page.crane import CRANE, crane_record
 from bimvox.rendering.page.geometry import COLOUR, NUMBERS, Blob, Shapes, rounded, shapes_of
-from bimvox.rendering.page.lifts import DELIVERY, LIFT, PROOF, UNLOADING, lift_record, proof_record
+from bimvox.rendering.page.lifts import DELIVERY, LIFT, PROOF, UNLOADING, is_critical, lift_record, proof_record
 from bimvox.rendering.page.motions import (
     ANGLE_STEPS_PER_RAD,
     LENGTH_STEPS_PER_M,
@@ -365,6 +365,7 @@ def _revision_record(revision: Revision, before: Revision | None, motions: _Moti
     unloading, deliveries = _unloading_records(revision)
     for lift in revision.lifts:
         record = lift_record(revision, lift) | {"motion": None, "begins_s": None}
+        record["critical"] = is_critical(record, site.rules.critical_share)
         if lift.order in unloading:
             record["unloading"] = unloading[lift.order]
         if (track := tracks.get(lift.order)) is not None:

@@ -178,6 +178,7 @@ LIFT = Record(
     ("set", Maybe(_HOOK), "The hook when it is set.", lambda it: it.motion and _hook(it.site, it.motion, last=True)),
     ("motion", Maybe(Count), "Index in ``motions``.", LATER),
     ("begins_s", Maybe(float), "When its motion begins, crane time.", LATER),
+    ("critical", bool, "Whether it uses the critical share of the capacity or more, or is beyond the chart.", LATER),
 )  # fmt: skip
 
 
@@ -190,6 +191,12 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
 def _needed_by_s(motions: Sequence[LiftMotion], lift: Lift) -> float | None:
     at_ns = needed_by_ns([lift], motions).get(lift.order)
     return None if at_ns is None else at_ns / 1e9
+
+
+def is_critical(record: dict[str, Any], share: float) -> bool:
+    """Return whether a lift uses this share of the capacity or more; beyond the load chart it does."""
+    governs = record["governs"]
+    return governs is not None and (governs["utilisation"] is None or governs["utilisation"] >= share)
 
 
 _NOT_CURRENT = Record(

@@ -1,6 +1,8 @@
 """The Gantt chart, which fits a page: one bar per lift, its phases in three shades that differ in greyscale too.
 
-Of more lifts than a page has room for, a row is a storey and a class, with the lifts of each day.
+Of more lifts than a page has room for, a row is a storey and a class, with the lifts of each day. The page of a log has
+a chart of its own (``page/web/gantt.mjs``), of buttons at any zoom; both show the times, phases and critical lifts of
+the same records (``page/lifts.py``), and neither computes them.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.steps import Steps, not_lifted_groups
 from bimvox.remarks.cranes import least_height_m
 from bimvox.remarks.subject import Subject
-from bimvox.rendering.page.lifts import lift_record, proof_record
+from bimvox.rendering.page.lifts import is_critical, lift_record, proof_record
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.rigging import gear_list, rigs_of
 from bimvox.rendering.report.site_plan import drawing_of
@@ -118,7 +118,6 @@ def _lift(revision: Revision, lift: Lift, motion: LiftMotion | None, critical_sh
     component = revision.plan.site.components[lift.component]
     track = next((track for track in revision.tracks if track.lift.order == lift.order), None)
     record = lift_record(revision, lift)
-    used = record["governs"]["utilisation"] if record["governs"] else None
     return {
         **record,
         **({"crane": component.crane} if revision.plan.site.has_several_cranes else {}),
@@ -126,8 +125,7 @@ def _lift(revision: Revision, lift: Lift, motion: LiftMotion | None, critical_sh
         "stack": 0 if lift.place is None else lift.place.stack,
         "rack": 0 if lift.place is None else abs(lift.place.rack),
         **_values(component, "storey", "mass_kg", "mass_source"),
-        # A sample beyond the load chart has no utilisation, and counts as the most critical.
-        "critical": record["governs"] is not None and (used is None or used >= critical_share),
+        "critical": is_critical(record, critical_share),
         "begins_at": revision.dates.span(lift.order)[0] if revision.dates else None,
         "begins_s": track.start_ns / 1e9 if track else None,
         "ends_s": track.end_ns / 1e9 if track else None,

@@ -65,6 +65,18 @@ def test_golden_numbers_of_the_small_plan(opened):
     assert part["size_m"] == [4.0, 1.0, 1.0]
 
 
+def test_a_lift_beyond_the_chart_is_critical_as_in_the_report():
+    log = tiny_log()
+    crane = log.plan.site.cranes[0]
+    short = dataclasses.replace(crane, chart=dataclasses.replace(crane.chart, radius_m=(2.0, 2.5, 3.0)))
+    site = dataclasses.replace(log.plan.site, cranes=(short,))
+    log = dataclasses.replace(log, plan=dataclasses.replace(log.plan, site=site))
+    document, _ = document_of(PageSource((revision_of(log),)))
+    lifts = document["revisions"][0]["lifts"]
+    assert [lift["critical"] for lift in lifts] == [lift["governs"] is not None for lift in lifts]
+    assert {lift["governs"]["utilisation"] for lift in lifts if lift["governs"]} == {None}
+
+
 def test_what_the_model_says_of_a_part_is_there():
     log = tiny_log()
     site = log.plan.site

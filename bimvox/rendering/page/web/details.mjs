@@ -144,7 +144,7 @@ export class Details {
     const parts = [];
     if (use) {
       const share = use.utilisation ?? 1;
-      const bar = el("div", { class: share >= app.plan.hot ? "hot" : null });
+      const bar = el("div", { class: lift.critical ? "hot" : null });
       bar.style.width = `${Math.min(100, share * 100)}%`;
       parts.push(
         el("h3", {}, "Capacity"),

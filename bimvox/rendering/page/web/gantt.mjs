@@ -90,9 +90,9 @@ export class Gantt {
     const long = ends - lift.begins_s;
     const part = app.parts[lift.part];
     const use = lift.governs?.utilisation ?? null;
-    const words = [`Lift ${lift.number}: ${nameOf(part)}`, part.storey, `${clock(lift.begins_s)} to ${clock(ends)}, ${span(long)}`, plan.dateAt(lift.begins_s), use === null ? null : `${percent(use)} of the capacity${use >= plan.hot ? ", critical" : ""}`];
+    const words = [`Lift ${lift.number}: ${nameOf(part)}`, part.storey, `${clock(lift.begins_s)} to ${clock(ends)}, ${span(long)}`, plan.dateAt(lift.begins_s), lift.governs && `${use === null ? "beyond the load chart" : `${percent(use)} of the capacity`}${lift.critical ? ", critical" : ""}`];
     const bar = el("button", { type: "button", tabindex: "-1", title: words.filter(Boolean).join("\n"), "aria-label": words.filter(Boolean).join(", "), "data-part": lift.part, onclick: () => this._choose(lift) }, el("span", {}, String(lift.number)));
-    bar.className = use !== null && use >= plan.hot ? "hot-bar" : "";
+    bar.className = lift.critical ? "hot-bar" : "";
     bar.style.left = `${100 * this._share(lift.begins_s)}%`;
     bar.style.width = `${100 * (this._share(ends) - this._share(lift.begins_s))}%`;
     const phases = plan.motionOf(lift).phases;

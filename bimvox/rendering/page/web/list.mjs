@@ -56,7 +56,7 @@ export class LiftList {
       el("td", {}, state),
       el("td", {}, String(lift.number)),
       el("td", {}, button),
-      el("td", { class: use !== null && use >= plan.hot ? "hot" : null }, bad ? "" : percent(use)),
+      el("td", { class: lift.critical ? "hot" : null }, bad ? "" : percent(use)),
       el("td", {}, bad ? "✕" : motion ? shortClock(motion.length_s) : "–"),
     ); // prettier-ignore
     this.rows.set(lift.part, { row, state, button, look });

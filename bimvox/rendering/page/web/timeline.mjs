@@ -72,7 +72,7 @@ export class Timeline {
         draw.fillStyle = colour("--ink");
         draw.fillRect(from - 0.5, height - 6, Math.max(to - from + 1, 3), 4);
       }
-      if ((lift.governs?.utilisation ?? 0) >= plan.hot) {
+      if (lift.critical) {
         draw.fillStyle = colour("--bad");
         draw.fillRect(from, height - 20, Math.max(to - from, 1.5), 3);
       }
@@ -91,7 +91,7 @@ export class Timeline {
         const busy = plan.busyOf(lift);
         draw.fillStyle = colour(lift === app.lift ? "--accent" : n % 2 ? "--faint" : "--line");
         for (const [start, end] of busy) draw.fillRect(x(start), top, Math.max(x(end) - x(start), 0.6), tall);
-        if ((lift.governs?.utilisation ?? 0) >= plan.hot) {
+        if (lift.critical) {
           draw.fillStyle = colour("--bad");
           draw.fillRect(x(busy[0][0]), top, Math.max(x(busy.at(-1)[1]) - x(busy[0][0]), 1.5), 2);
         }
