@@ -271,7 +271,7 @@ def random_clearance(rng: np.random.Generator, family: str, shape: IntVec) -> Co
     return clearance_on(occupied, boxes, rope=bool(rng.random() < 0.5), jib_vox=jib)
 
 
-def _random_lift(rng: np.random.Generator, space: CollisionSpace, starts: int = _STARTS) -> LiftProblem | None:
+def _random_lift(rng: np.random.Generator, space: CollisionSpace) -> LiftProblem | None:
     """Return a lift with a target reachable from much of the site. None if no random target is.
 
     Two thirds of the targets and half of the starts are lowered as far as the component can go. Half of the starts need
@@ -285,11 +285,11 @@ def _random_lift(rng: np.random.Generator, space: CollisionSpace, starts: int = 
         if (field >= LEAST_MOVES).sum() >= 16:
             cells = np.argwhere(field >= LEAST_MOVES).astype(np.int32)
             around = field[tuple(cells.T)] > np.abs(cells - np.array(target, np.int32)).sum(axis=1)
-            chosen = cells[rng.integers(len(cells), size=starts)]
+            chosen = cells[rng.integers(len(cells), size=_STARTS)]
             if around.any():
                 detours = cells[around]
                 chosen[::2] = detours[rng.integers(len(detours), size=len(chosen[::2]))]
-            for row in chosen[: starts // 2]:
+            for row in chosen[: _STARTS // 2]:
                 while row[2] > 0 and field[row[0], row[1], row[2] - 1] >= LEAST_MOVES:
                     row[2] -= 1
             chosen = chosen[rng.permutation(len(chosen))]

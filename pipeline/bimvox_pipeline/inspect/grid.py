@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 
     from bimvox.grid.voxel_grid import VoxelGrid
 
+_STATED = (
+    *("id", "global_id", "ifc_class", "type_name", "name", "role", "storey", "material"),
+    *("mass_kg", "mass_source", "cells", "solid_volume_m3"),
+)
 _SUMMED = ("cells", "solid_volume_m3", "mass_kg", "boxes")
 
 
@@ -46,18 +50,7 @@ def describe_parts(grid: VoxelGrid) -> list[dict[str, Any]]:
     shared = np.bincount(grid.shared_parts, minlength=len(grid.parts)).tolist()
     return [
         {
-            "id": part.id,
-            "global_id": part.global_id,
-            "ifc_class": part.ifc_class,
-            "type_name": part.type_name,
-            "name": part.name,
-            "role": part.role,
-            "storey": part.storey,
-            "material": part.material,
-            "mass_kg": part.mass_kg,
-            "mass_source": part.mass_source,
-            "cells": part.cells,
-            "solid_volume_m3": part.solid_volume_m3,
+            **{key: getattr(part, key) for key in _STATED},
             "fill_fraction": grid.fill_fraction(part),
             "fill": part.fill,
             "boxes": boxes[index],

@@ -54,7 +54,7 @@ def inspect(
         Kind.MESH: _model,
         Kind.GRID: _grid,
         Kind.SITE: _site,
-        Kind.LOG: _log,
+        Kind.LOG: _describe_log,
         Kind.OBSTRUCTIONS: _obstructions,
         Kind.POLICY: _policy,
     }
@@ -107,12 +107,6 @@ def _site(path: Path, progress: Progress) -> dict[str, Any]:
     return describe_site(path, progress)
 
 
-def _log(path: Path, progress: Progress) -> dict[str, Any]:
-
-    progress.stage("read")
-    return _describe_log(path)
-
-
 def _obstructions(path: Path, progress: Progress) -> dict[str, Any]:
     from bimvox.library.site import as_written
 
@@ -134,7 +128,7 @@ def _policy(path: Path, progress: Progress) -> dict[str, Any]:
 # The content of a log, as plain values.
 
 
-def _describe_log(path: Path) -> dict[str, Any]:
+def _describe_log(path: Path, progress: Progress) -> dict[str, Any]:
     """Return topics with their counts, lifts, metadata, and the attached files with their digests.
 
     Raises:
@@ -145,6 +139,7 @@ def _describe_log(path: Path) -> dict[str, Any]:
     from bimvox.log.schema import METADATA, topics_of
     from bimvox.records.lift import infeasible_among
 
+    progress.stage("read")
     data = read_file(path)
     contents = read_contents(data, path)
     log = read_log(path)
@@ -205,16 +200,17 @@ def _lifts(log: PlanLog) -> list[dict[str, Any]]:
         {
             "number": lift.number,
             "order": lift.order,
-            "name": components[lift.component].name,
-            "ifc_class": components[lift.component].ifc_class,
-            "component": components[lift.component].id,
+            "name": component.name,
+            "ifc_class": component.ifc_class,
+            "component": component.id,
             "status": lift.status.value,
             "method": lift.method.value if lift.method else None,
             "moves": lift.moves,
-            "start_s": round(motions[lift.order].start_ns / 1e9, 3) if lift.order in motions else None,
-            "end_s": round(motions[lift.order].end_ns / 1e9, 3) if lift.order in motions else None,
+            "start_s": round(motion.start_ns / 1e9, 3) if motion else None,
+            "end_s": round(motion.end_ns / 1e9, 3) if motion else None,
         }
         for lift in log.plan.lifts
+        for component, motion in [(components[lift.component], motions.get(lift.order))]
     ]
 
 

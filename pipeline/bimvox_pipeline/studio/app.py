@@ -17,7 +17,7 @@ from collections.abc import Callable
 from functools import partial
 from http import HTTPStatus
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import Any, TypeGuard, TypeVar
 
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
@@ -51,6 +51,27 @@ _HEADERS = {
 }
 
 
+_Key = TypeVar("_Key")
+_Value = TypeVar("_Value")
+_State = tuple[Path, int, int]
+"""A file, and what changes when it is written."""
+
+
+def _state_of(file: Path) -> _State:
+    status = file.stat()
+    return file, status.st_mtime_ns, status.st_size
+
+
+class _Kept(OrderedDict[_Key, _Value]):
+    """The values that were set last."""
+
+    def __setitem__(self, key: _Key, value: _Value) -> None:
+        super().__setitem__(key, value)
+        self.move_to_end(key)
+        while len(self) > _KEPT:
+            self.popitem(last=False)
+
+
 class Studio:
     """What a studio knows between requests.
 
@@ -63,10 +84,10 @@ class Studio:
         self.folder, self.token = Folder(folder), token
         self.jobs = Jobs(self.folder)
         self._lock, self._reading = threading.Lock(), threading.Lock()
-        self._plans: OrderedDict[tuple[tuple[Path, int, int], ...], PlanOnDisk | None] = OrderedDict()
-        self._hashes: dict[tuple[Path, int, int], str] = {}
-        self._opened: OrderedDict[Path, Opened] = OrderedDict()
-        self._pages: OrderedDict[tuple[tuple[Path, int, int], ...], bytes] = OrderedDict()
+        self._plans: _Kept[tuple[_State, ...], PlanOnDisk | None] = _Kept()
+        self._hashes: dict[_State, str] = {}
+        self._opened: _Kept[Path, Opened] = _Kept()
+        self._pages: _Kept[tuple[_State, ...], bytes] = _Kept()
 
     def opened(self, relative: object, *, anew: bool = False) -> Opened:
         """Return the site of a site file, or of a model without one."""
@@ -87,8 +108,7 @@ class Studio:
         model = model if model.is_absolute() else opened.site.parent / model
         if not model.exists():
             return False
-        status = model.stat()
-        key = (model, status.st_mtime_ns, status.st_size)
+        key = _state_of(model)
         if key not in self._hashes:
             self._hashes = {key: sha256_of(model)}
         # The hash of a glTF is also of its other files.
@@ -97,9 +117,6 @@ class Studio:
     def _keep(self, opened: Opened) -> None:
         with self._lock:
             self._opened[opened.site] = opened
-            self._opened.move_to_end(opened.site)
-            while len(self._opened) > _KEPT:
-                self._opened.popitem(last=False)
 
     def open(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Open a site."""
@@ -227,12 +244,10 @@ class Studio:
         files = [file for file in self.folder.with_revisions(log) if file.exists()]
         if not files:
             return None
-        key = tuple((file, status.st_mtime_ns, status.st_size) for file in files if (status := file.stat()))
+        key = tuple(map(_state_of, files))
         with self._reading:
             if key not in self._plans:
                 self._plans[key] = plan_on_disk(log)
-                while len(self._plans) > _KEPT:
-                    self._plans.popitem(last=False)
             return self._plans[key]
 
     def _saved_site(self, asked: dict[str, Any]) -> Path:
@@ -250,13 +265,11 @@ class Studio:
         if not log.exists():
             raise InputError(f"there is no {relative}", hint="plan the site first")
         files = self.folder.with_revisions(log)
-        key = tuple((file, status.st_mtime_ns, status.st_size) for file in files if (status := file.stat()))
+        key = tuple(map(_state_of, files))
         if key not in self._pages:
             made = page_of_log(log, proven=True, progress=SilentProgress())
             with self._lock:
                 self._pages[key] = made
-                while len(self._pages) > _KEPT:
-                    self._pages.popitem(last=False)
             return made
         return self._pages[key]
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Building, Role
+from bimvox.bim.building import Role
 from bimvox.bim.read import read_building
 from bimvox.errors import InputError
 from bimvox.files import read_input
@@ -214,16 +214,15 @@ class Opened(PlacedSite):
         return {"north_deg": angle_deg, "map": frame}
 
 
-def open_site(path: Path, building: Building | None = None) -> Opened:
-    """Return the site of a site file; ``building``: its model, if it has been read with the same options.
+def open_site(path: Path) -> Opened:
+    """Return the site of a site file.
 
     Raises:
         BimvoxError: If the file or its model cannot be used.
     """
     content = read_site_file(path)
     given = load_site_config(path, content)
-    if building is None:
-        building = read_building(given.model.path, given.read_options)
+    building = read_building(given.model.path, given.read_options)
     return Opened(complete_config(given, building), building, path, content, given)
 
 

@@ -99,12 +99,10 @@ def _as_read(opened: Opened, text: str, site: Path, wanted: Setup) -> Opened:
             same = all(
                 _is_same(own["base_m"], there["base_m"]) and own["machine"] == there["machine"] for own, there in pairs
             )
-        elif key == "ground_m":
+        elif key in ("ground_m", "kinds"):
             same = value is None or _is_same(value, found[key])
         elif key == "truckload_kg":
             same = value in (None, saved.config.rules.truckload_kg)
-        elif key == "kinds":
-            same = value is None or _is_same(value, found[key])
         elif key == "part_kinds":
             same = all(found[key].get(name) == kind for name, kind in value.items())
         elif key == "means":
