@@ -140,6 +140,7 @@ def carry(
     end = float(way.rests.shape[0] - 1)
     load = np.empty(plan.shape[1])
     while at < end and spent < ticks[1]:
+        # The pace after this tick: quicker if it is clear, the same, or slower; at a rest after a delay.
         before, after, yields = pace, pace, False
         if resting(way, at) and resting(way, min(at + 1.0, end)):
             before = after = 1.0  # a crew works on a load at rest: nothing to yield for
@@ -156,6 +157,7 @@ def carry(
             yields = True
         else:
             after, yields = slower(way, at, pace), True
+        # Move the load and everyone else by a tick, and count what happened.
         at, pace = ahead(way, at, before, after), after
         if pace == 0.0 or resting(way, at):
             still += 1
@@ -167,6 +169,7 @@ def carry(
         _count(crowd, load, at > 0.0, yields)
         _note(tape, spent, at, pace, crowd)
         spent += 1
+    # A crew fixes the part: the load is held at its place.
     if at >= end:
         for _ in range(ticks[0]):
             pass_tick(ground, habits, crowd, sight.delay, sight.noise_m, load, True)

@@ -260,6 +260,7 @@ def _way_out(
     """
     no_way = np.empty((0, 3), np.int64)
     shapes.counted[0] = 0
+    # First, what proves without a search that there is no way.
     closed_level = _closed_level(shapes, most, steps, known, most_work)
     if closed_level >= 0:
         return no_way, closed_level
@@ -272,6 +273,7 @@ def _way_out(
     entries[0, 0], entries[0, 1], tops[lowest] = start, -1, 0
     known.cost[start] = 1
     while closed < _MOST_STATES and shapes.counted[0] < most_work:
+        # Take the state that came last to the lowest estimate; a closed one has a negative move.
         while lowest < tops.shape[0] and tops[lowest] < 0:
             lowest += 1
         if lowest == tops.shape[0]:
@@ -288,6 +290,7 @@ def _way_out(
             return _states_back(known, most, here, moves), -1
         for move in range(moves.shape[0]):
             u, a, t = up + moves[move, 0], aside + moves[move, 1], tilt + moves[move, 2]
+            # At the highest level the part hangs level above its place.
             if abs(a) > most[1] or abs(t) > most[2] or (u == most[0] and (a != 0 or t != 0)):
                 continue
             there = (u * across + a + most[1]) * tilts + t + most[2]
@@ -300,6 +303,7 @@ def _way_out(
             )
             if known.came[there] < 0 or (known.cost[there] and reached >= known.cost[there]):
                 continue
+            # Triangles are compared last, only for a state that would become cheaper.
             if not _step_is_free(shapes, (up, aside, tilt), (u, a, t), most, steps, known):
                 continue
             known.cost[there], known.came[there] = reached, move + 1

@@ -116,6 +116,7 @@ def _a_star(
     state = np.zeros(nx * ny * nz, np.uint8)
     cost = np.zeros(nx * ny * nz, np.int32)
     came_by = np.zeros(nx * ny * nz, np.int8)  # one more than the move; zeros need no memory until they are used
+    # Stacks of placements by the least length of a path through them: the present one, two more, four more.
     this_f, next_f, later_f = np.empty(1024, np.int64), np.empty(1024, np.int64), np.empty(1024, np.int64)
     this_size, next_size, later_size, expanded, patience = 0, 0, 0, 0, _PATIENCE
     no_path = np.empty((0, 3), np.int32)
@@ -129,6 +130,7 @@ def _a_star(
     this_f = _pushed(this_f, this_size, first)
     this_size += 1
     while this_size or next_size or later_size:
+        # No placement of this length is left.
         if not this_size:
             this_f, next_f, later_f = next_f, later_f, this_f
             this_size, next_size, later_size = next_size, later_size, 0
@@ -141,6 +143,7 @@ def _a_star(
         expanded += 1
         if here == last:
             break
+        # After many placements, look whether the goal is closed in: then there is no path.
         if expanded == patience:
             if _is_closed_in(space, goal, start, moves, max(_ROOM, expanded)):
                 return no_path, expanded
@@ -152,6 +155,7 @@ def _a_star(
             if u < 0 or v < 0 or w < 0 or u >= nx or v >= ny or w >= nz:
                 continue
             there = (u * ny + v) * nz + w
+            # What is free is looked up once, when a placement is reached first.
             is_new = state[there] == _UNKNOWN
             if is_new:
                 state[there] = _FREE if placement_is_free(space, u, v, w) else _BLOCKED
@@ -164,6 +168,8 @@ def _a_star(
                 continue
             cost[there] = cost[here] + step
             came_by[there] = action + 1
+            # A step towards the goal leaves that length as it is; a step away or a narrow one adds 2, a narrow step
+            # away 4.
             nearer = abs(u - goal[0]) + abs(v - goal[1]) + abs(w - goal[2]) < away
             if step == 1 and nearer:
                 this_f = _pushed(this_f, this_size, there)

@@ -392,6 +392,7 @@ def _record_triangle(
     end = float(width)
     room = records.following.size
     while row < stop_row and not (cx <= row or ax >= row + 1):
+        # Of each sample line along the row: the columns in which it crosses the triangle.
         for s in range(SAMPLES):
             x = row + samples[0, s]
             on_long = ay + (x - ax) * long_slope
@@ -407,6 +408,7 @@ def _record_triangle(
             firsts[s] = np.int32(end if missed else start)
             lasts[s] = np.int32(0.0 if missed else stop)
             bits[s] = np.int32(s + LEAVES if below == long_is_below else s)
+        # The columns that any line crosses, and those that all cross: there the mask is the same.
         first, last = np.int32(width), np.int32(0)
         first_all, last_all = np.int32(0), np.int32(width)
         for s in range(SAMPLES):

@@ -186,6 +186,7 @@ def _enter_alike(
             if runs[n, 1] + floor <= bottom:
                 n += 1
             continue
+        # Compute the cells of a column in this brick: owner, mark and share.
         for w in range(per_column):
             own_words[0, w] = own_words[1, w] = NONE
         for w in range(_WORDS_OF_SHARES):
@@ -205,6 +206,7 @@ def _enter_alike(
                 break
             n += 1
         bottom += BRICK
+        # Open the brick if nobody has it yet, or if one part has all of it.
         brick = index[bx, by, b]
         fresh = brick == AIR
         if brick < 0:
@@ -215,6 +217,7 @@ def _enter_alike(
         for x in range(i0, i1):
             for y in range(j0, j1):
                 column = (brick * BRICK + x % BRICK) * BRICK + y % BRICK
+                # Where another part has a cell of the column, enter cell by cell; otherwise all at once.
                 if not fresh:
                     taken = NONE
                     for w in range(per_column):
@@ -277,6 +280,7 @@ def enter(
     ny = (start[1] + size[1] - 1) // BRICK - by0 + 1
     nz = (start[2] + size[2] - 1) // BRICK - bz0 + 1
     room = cells.size // BRICK**3
+    # Whether any run can fill a brick from bottom to top.
     bulky = False
     for column in range(columns.shape[0]):
         if column == 0 or columns[column, 0] != columns[column - 1, 0]:
@@ -308,6 +312,7 @@ def enter(
                             if b0 < b1:
                                 whole[b0 - bz0] += weight
                                 whole[b1 - bz0] -= weight
+            # A brick that the part fills, and that was air, is a single number in the index.
             in_grid = min(BRICK, shape[0] - bx * BRICK) * min(BRICK, shape[1] - by * BRICK)
             for b in range(1, nz):
                 whole[b] += whole[b - 1]
@@ -316,6 +321,7 @@ def enter(
                 if filled:
                     index[bx, by, bz0 + b] = -part - 2
                 whole[b] = int(filled)
+        # Enter the rest, in rectangles of columns with the same runs.
         x = i0
         while x < i1:
             row = (x - start[0]) * size[1] - start[1]

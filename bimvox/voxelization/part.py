@@ -293,6 +293,7 @@ def _wind_batch(
     vertices_m, faces, vertex_starts, face_starts = meshes
     done, lows, shapes, counts, volumes = batch.done, batch.lows, batch.shapes, batch.counts, batch.volumes
     column_starts, box_starts = batch.column_starts, batch.box_starts
+    # Rooms that grow, shared by all parts of the batch.
     columns = np.empty((1 << 12, 2), np.int32)
     boxes = np.empty((1 << 10, 6), np.int32)
     sums = np.zeros(3, np.int64)
@@ -305,6 +306,7 @@ def _wind_batch(
     for part in range(done.size):
         done[part] = False
         column_starts[part + 1], box_starts[part + 1] = used, found
+        # A part without triangles, or with a box that does not fit, is left to the caller: done stays False.
         if not bounds[part, 0, 0] <= bounds[part, 1, 0]:
             continue
         fits, whole = _find_box(bounds[part], lattice, box)
@@ -317,6 +319,7 @@ def _wind_batch(
             lattice.origin_m,
             low,
         )
+        # The cells that its surface meets.
         a, b, c = high[0] - low[0], high[1] - low[1], high[2] - low[2]
         words = (c + 63) // 64
         own_planes = planes if planes.shape[1:] == (a, b, words) else np.zeros((3, a, b, words), np.uint64)
@@ -324,6 +327,7 @@ def _wind_batch(
         mark_surface(cells, triangles, lattice.tolerance)
         if not edges_match(corner_keys(triangles)):
             continue
+        # The cells inside; a surface that leaks, or winds both ways, is left to the caller.
         inverted = np.zeros(triangles.shape[0], np.bool_)
         starts = np.empty(a * b + 1, np.int64)
         closed = np.empty((a, b), np.bool_)
@@ -333,11 +337,13 @@ def _wind_batch(
         shares, leaks, least, most = fill_columns(cells, triangles, inverted, samples, closed, starts, True)
         if leaks > 0 or least < 0 < most:
             continue
+        # The cells on whose border the surface lies; a part that has no cell by now gets that of its middle.
         filled = FilledCells(cells, starts, shares, 0)
         mark_borders(cells, triangles, lattice.tolerance, top)
         if whole and filled.shares.size == 0 and _is_empty(cells.inside) and _is_empty(cells.border):
             x, y, z = _cell_of_middle(bounds[part], low, high)
             set_run(cells.border, x, y, z, z)
+        # Write its box, its runs and its share of each cell.
         for axis in range(3):
             lows[part, axis], shapes[part, axis] = kept_low[axis], kept_high[axis] - kept_low[axis]
             kept_low[axis] -= low[axis]
@@ -352,11 +358,13 @@ def _wind_batch(
             if column < count:
                 room = longer(room, shapes[part, 2])
         counts[part] = sums[2]
+        # Its volume: of the mesh if that covers each point at most once, otherwise of the cells.
         if covers_once(least, most):
             volumes[part] = abs(signed_volume(triangles, inverted))
         else:
             full, rest = _filled_of(room.columns, room.rows, room.shares)
             volumes[part] = full + rest / FULL
+        # Its boxes, for collisions.
         cut = boxes_of_runs(room.columns, room.rows, shapes[part, 0], shapes[part, 1])
         boxes = _grown(boxes, found, cut.shape[0])
         for n in range(cut.shape[0]):

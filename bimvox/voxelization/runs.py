@@ -100,6 +100,7 @@ def write_runs(filled: FilledCells, low: NDArray[np.int64], high: NDArray[np.int
         if count + height + 1 > runs.shape[0] or kept_count + height > kept.size:
             break
         i, j = low[0] + column // width, low[1] + column % width
+        # A column with the same cells as a neighbour shares its runs.
         same = -1
         if j > low[1] and _alike(filled, i, j, i, j - 1):
             same = column - 1
@@ -115,9 +116,11 @@ def write_runs(filled: FilledCells, low: NDArray[np.int64], high: NDArray[np.int
         before = -total
         first_run = count
         share = starts[i * met.shape[1] + j]
+        # Skip the shares of cells below the box.
         for w in range(w0):
             share += population(met[i, j, w])
         for w in range(w0, w1):
+            # The cells of a word within the box, on the surface and inside.
             met_here = met[i, j, w]
             surface, solid = met_here | border[i, j, w], inside[i, j, w]
             base = WORD * w - low[2]
@@ -128,6 +131,7 @@ def write_runs(filled: FilledCells, low: NDArray[np.int64], high: NDArray[np.int
                 surface, solid = surface & window, solid & window
             left = surface | solid
             while left != NONE:
+                # The next stretch of one kind.
                 bit = lowest(left)
                 on_surface = surface >> np.uint64(bit) & ONE != NONE
                 rest = ~((surface if on_surface else solid) >> np.uint64(bit))
@@ -142,6 +146,7 @@ def write_runs(filled: FilledCells, low: NDArray[np.int64], high: NDArray[np.int
                     runs[count, 0], runs[count, 1] = base + bit, base + bit + length
                     runs[count, 2] = kept_count if on_surface else -1
                     count += 1
+                # The share of each of its cells on the surface; a cell on the border has none of its own.
                 if on_surface:
                     for k in range(bit, bit + length):
                         if met_here >> np.uint64(k) & ONE:

@@ -238,11 +238,13 @@ def fill_columns(
         and highest winding.
     """
     rows, width = cells.met.shape[:2]
+    # Rows of columns are done in slabs, so that the records of crossings stay small.
     faces = faces_of(triangles, inverted)
     slab_rows = max(1, min(rows, _SLAB // max(width, 1)))
     slab_starts, slab_faces = _slabs_of(triangles, faces.kinds, rows, slab_rows)
     sources = np.empty(rows, np.int32)
     _find_changes(faces, sources, slab_rows)
+    # Scratch for one slab and for one column; records and shares grow.
     records = Records(
         np.empty(slab_rows * width, np.int32),
         np.empty(1 << 8, np.int32),
@@ -264,6 +266,7 @@ def fill_columns(
     for number in range(slab_starts.size - 2):
         i_low, i_high = number * slab_rows, min((number + 1) * slab_rows, rows)
         slab = Slab(samples, sources, plain, i_low, i_high, width)
+        # Record which lines of the slab's columns each triangle crosses.
         for n in range(records.head.size):
             records.head[n] = -1
         for j in range(width):
@@ -273,6 +276,7 @@ def fill_columns(
         if sums[0] + more > shares.size:
             shares = _longer(shares, sums[0], 2 * (sums[0] + more))
         found = Found(closed, starts, shares, sums, sharing)
+        # Sweep the columns; one with more crossings than the scratch holds is done by itself.
         column = 0
         while True:
             column = sweep_columns(cells, faces, slab, records, column, scratch, found)

@@ -164,6 +164,7 @@ def _mark_triangle(
     """
     met, inside, border, height = cells.met, cells.inside, cells.border, cells.height
     runs, terms = scratch.runs, scratch.terms
+    # The box of cells around the triangle.
     i0 = max(int(np.floor(min(p[0, 0], p[1, 0], p[2, 0]) + tolerance)), 0)
     i1 = min(int(np.ceil(max(p[0, 0], p[1, 0], p[2, 0]) - tolerance)) - 1, met.shape[0] - 1)
     j0 = max(int(np.floor(min(p[0, 1], p[1, 1], p[2, 1]) + tolerance)), 0)
@@ -198,6 +199,7 @@ def _mark_triangle(
                     else:
                         met[i, j, k >> 6] |= bit
         return
+    # Perpendicular to x: the runs along z of each column follow from its outline across y.
     if p[0, 0] == p[1, 0] and p[0, 0] == p[2, 0]:
         _edge_terms(p, 1, 2, half, terms[2])
         _runs_across(terms[2], j0, j1 + 1, k0, k1, runs[4], runs[5])
@@ -211,6 +213,7 @@ def _mark_triangle(
         return
     _edge_terms(p, 0, 2, half, terms[0])
     _runs_across(terms[0], i0, i1 + 1, k0, k1, runs[0], runs[1])
+    # Perpendicular to y.
     if p[0, 1] == p[1, 1] and p[0, 1] == p[2, 1]:
         for i in range(i0, i1 + 1):
             for j in range(j0, j1 + 1):
@@ -224,6 +227,7 @@ def _mark_triangle(
     _edge_terms(p, 1, 2, half, terms[2])
     _runs_across(terms[1], j0, j1 + 1, i0, i1, runs[2], runs[3])
     _runs_across(terms[2], j0, j1 + 1, k0, k1, runs[4], runs[5])
+    # Oblique: a cell is met if its outlines across all three axes and its distance from the plane say so.
     ux, uy, uz = p[1, 0] - p[0, 0], p[1, 1] - p[0, 1], p[1, 2] - p[0, 2]
     vx, vy, vz = p[2, 0] - p[0, 0], p[2, 1] - p[0, 1], p[2, 2] - p[0, 2]
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -239,6 +243,7 @@ def _mark_triangle(
         if low_z > high_z:
             continue
         for i in range(runs[2, j], runs[3, j] + 1):
+            # The run that both outlines along z allow, then cut by the plane.
             low, high = max(low_z, int(np.int64(runs[0, i]))), min(high_z, int(np.int64(runs[1, i])))
             if low > high:
                 continue

@@ -339,6 +339,8 @@ def sweep_columns(
         j += 1
         if j == width:
             i, j = i + 1, 0
+        # A column is the same as a neighbour if the same faces cross both and none of them slopes from one to the
+        # other.
         at = (sources[i] - i_low) * width + j
         before = (sources[max(i - 1, 0)] - i_low) * width
         plain_x = plain_y = True
@@ -367,6 +369,7 @@ def sweep_columns(
             plain[0, j], plain[1, j] = plain_x, plain_y
             column += 1
             continue
+        # Collect its crossings, with the heights at which each line crosses.
         count = 0
         record = head[at]
         while record >= 0 and count < FEW:
@@ -381,6 +384,7 @@ def sweep_columns(
         if record >= 0:
             return column
         starts[i * width + j] = sums[0]
+        # If the crossings have a clear order, no line is followed by itself; otherwise the lines that close are.
         closing = SAMPLES
         turn = 0
         if count <= _ORDERED and _put_in_order(masks, heights, spans, count):
@@ -401,6 +405,7 @@ def sweep_columns(
                 found.closed[i, j] = False
             else:
                 sweep_lines(scratch, count, used, sums)
+        # Fill the column from the changes along it.
         plain[0, j], plain[1, j] = plain_x and closing == SAMPLES, plain_y and closing == SAMPLES
         sums[0] = fill_column(cells, i, j, changes, closing, shares, sums[0])
         column += 1

@@ -80,6 +80,7 @@ def _thicknesses(
         for f in range(count):
             if is_inner[f]:
                 continue
+            # Look along the normal of a triangle, and ask the tree of boxes for those that lie opposite.
             _frame_along(inward[f], frame)
             _seen(triangles[f], triangles[f, 0], frame, one)
             uncovered = _COVERED * overlap_area(one, 3)
@@ -98,6 +99,7 @@ def _thicknesses(
                 g = node - leaves
                 if g == f:
                     continue
+                # The other triangle must face this one, and overlap it as seen along the normal.
                 slope = inward[f, 0] * inward[g, 0] + inward[f, 1] * inward[g, 1] + inward[f, 2] * inward[g, 2]
                 if slope > -_OPPOSITE:
                     continue
@@ -112,17 +114,21 @@ def _thicknesses(
                 area = overlap_area(polygon, size) if size > 2 else 0.0
                 if area < _NO_AREA_M2:
                     continue
+                # The gap between both, at the corners of the overlap.
                 least, most = np.inf, -np.inf
                 for c in range(size):
                     along = x * (polygon[c, 0] - other[0, 0]) + y * (polygon[c, 1] - other[0, 1])
                     gap = other[0, 2] - along / z
                     least, most = min(least, gap), max(most, gap)
+                # First pass: a triangle that others cover, in its own plane, is an inner boundary.
                 if is_second == 0:
                     if abs(least) <= _SAME_M and abs(most) <= _SAME_M:
                         uncovered -= area
                     continue
                 if is_inner[g] or most <= _SAME_M:
                     continue
+                # Second pass: the thickness. Triangles with a common corner meet there, so only their largest gap
+                # counts.
                 shared = False
                 for i in range(3):
                     for j in range(3):

@@ -95,6 +95,7 @@ def _annealed(
     drawn = np.empty(4 if cranes == 1 else 6)
     crane = times.crane.copy()
     end, width = 2 * cranes + 1, states.shape[1]
+    # The course of the given order is what every change is compared with.
     for n in range(count):
         rank[order[n]] = n
     walk(times, crane, order, (0, count), known, known)
@@ -104,6 +105,7 @@ def _annealed(
     while looked < budget:
         looked += 1
         number = _draw(number, drawn)
+        # Draw a change: another crane for a part, two parts swapped, or some moved past others.
         a = int(drawn[0] * count)
         part, own = order[a], crane[order[a]]
         gives = cranes > 1 and drawn[4] < _OTHER_CRANES
@@ -124,6 +126,7 @@ def _annealed(
         else:
             length = min(1 + int(((drawn[2] - _SWAPS) / (1.0 - _SWAPS)) ** 2 * _LONGEST), high - low)
             allowed = _may_move(order, fixed, low, high, length, a > b)
+        # To see whether the change is allowed costs a quarter of walking through it.
         looked += (high - low) // 4
         if not allowed:
             continue
@@ -135,11 +138,13 @@ def _annealed(
         else:
             new[low : low + length] = order[high + 1 - length : high + 1]
             new[low + length : high + 1] = order[low : high + 1 - length]
+        # Only the window of the change is walked, up to where the course is the same again.
         until = walk(times, crane, new, (low, high + 1), known, trial)
         looked += until - low
         later_s = trial.states[until, end] - states[until, end]
         warmth_s = warm_s * (1.0 - looked / budget)
         if later_s <= _LESS_S or (warmth_s > 0.0 and drawn[3] < np.exp(-later_s / warmth_s)):
+            # Commit: the states of the window replace those before, and what follows is shifted.
             order[low : high + 1] = new[low : high + 1]
             for n in range(low, until):
                 for column in range(width):
@@ -153,6 +158,7 @@ def _annealed(
                 best_s = total_s
                 best[:], best_crane[:] = order, crane
         else:
+            # Roll back.
             new[low : high + 1] = order[low : high + 1]
             crane[part] = own
     return best, best_crane

@@ -435,11 +435,13 @@ def walk(
         now = n + 1
         for column in range(width):
             states[now, column] = states[n, column]
+        # When all that carries the part carries; before the window as in the course before.
         ready_s = 0.0
         for m in range(times.first[i], times.first[i + 1]):
             j = times.under[m]
             if states[n, begun] > 0.0:
                 ready_s = max(ready_s, was.carried_s[j] if was.rank[j] < first else carries_s[j])
+        # What no crane lifts is done by its crew, once what carries it carries and the parts before are released.
         k = crane[i]
         if k < 0:
             crew = times.crew[i]
@@ -454,6 +456,8 @@ def walk(
             continue
         if times.delivery[i] != states[n, delivery]:
             states[now, delivery], states[now, earlier] = times.delivery[i], states[n, released]
+        # The earliest time at which the part hangs on the hook: the crane is free, its delivery is there, and it is
+        # set after the one before.
         last = int(states[n, cranes + k])
         empty_s, carry_s = times.empty_s[k, last, i] if last >= 0 else 0.0, times.carry_s[k, i]
         hooked_s = max(
@@ -466,12 +470,14 @@ def walk(
             hooked_s = max(hooked_s, ready_s + empty_s)
         elif times.first[i + 1] > times.first[i]:
             hooked_s = max(hooked_s, ready_s, states[n, released])
+        # The other cranes: clear of the motion that each made last.
         for other in range(cranes):
             before_it = int(states[n, cranes + other])
             if other != k and before_it >= 0:
                 hooked_s = max(hooked_s, states[n, other] + waits_s(times.apart, (other, before_it), (k, i)))
                 if times.beside[before_it, i]:  # its earlier ones stood by themselves before it was hooked on
                     hooked_s = max(hooked_s, states[n, other] - times.lead_s[i] - carry_s)
+        # The state after the part.
         states[now, raised] = hooked_s + times.lead_s[i]
         states[now, placed] = states[now, raised] + carry_s
         states[now, k] = states[now, placed] + times.off_s[i]
@@ -479,6 +485,7 @@ def walk(
         states[now, cranes + k] = i
         states[now, begun] = 1.0
         carries_s[i] = states[now, k] + times.hold_s[i]
+        # Behind the window, the same state at another time gives the same course.
         if n + 1 >= behind and len(times.under) == 0 and _is_shifted(before, states, now, cranes):
             return n + 1
     return count

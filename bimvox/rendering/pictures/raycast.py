@@ -168,6 +168,7 @@ def first_hit(
     The ray goes from (ox, oy, oz) towards (dx, dy, dz), in cells; the distance is in multiples of that vector.
     """
     nx, ny, nz = solids.shape
+    # Where the ray enters and leaves the box of all cells.
     enter, leave, axis = 0.0, np.inf, 2
     for a in range(3):
         o = ox if a == 0 else (oy if a == 1 else oz)
@@ -185,6 +186,7 @@ def first_hit(
         leave = min(leave, far)
     if enter >= leave:
         return 0, 0, 0, -1, 0.0
+    # The first cell; how far along the ray the borders between cells are apart, and the next border of each axis.
     i = min(max(int(np.floor(ox + dx * enter + dx * 1e-9)), 0), nx - 1)
     j = min(max(int(np.floor(oy + dy * enter + dy * 1e-9)), 0), ny - 1)
     k = min(max(int(np.floor(oz + dz * enter + dz * 1e-9)), 0), nz - 1)
@@ -197,6 +199,7 @@ def first_hit(
     next_z = (k + (dz > 0) - oz) / dz if dz != 0.0 else np.inf
     along = enter
     while True:
+        # Step over the nearest of the three next borders, until a cell is filled.
         if k < top[i, j] and solids[i, j, k] != 0:
             return i, j, k, axis, along
         if next_x < next_y and next_x < next_z:
