@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from bimvox_pipeline.optimise.optimise import set_up
 from bimvox_pipeline.studio.opened import open_site
-from rough_search import read_once, time_few_lifts
+from rough_search import time_few_lifts
 
 import bimvox
 from bimvox.errors import InputError
@@ -31,11 +31,6 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     text = bimvox.guess_site(bimvox.read(folder / "frame.ifc"), voxel_size_m=0.5).to_toml()
     path.write_text(text.replace("search = true", "search = false"))
     return path
-
-
-@pytest.fixture(autouse=True)
-def _is_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    read_once(monkeypatch)
 
 
 def test_the_front_is_planned_proven_and_not_beaten_and_its_site_files_load(site: Path) -> None:

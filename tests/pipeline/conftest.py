@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from planned_frame import copy_to, planned
+from rough_search import models_are_read_once  # noqa: F401  (a fixture)
 
 from bimvox.policy import store as policies
 

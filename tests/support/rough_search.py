@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from bimvox_pipeline.studio import opened, saving
 
+from bimvox.bim import read
 from bimvox.bim.building import Building
 from bimvox.bim.read import ReadOptions, read_building
 from bimvox.library import site
@@ -24,10 +26,13 @@ def time_few_lifts(patched: pytest.MonkeyPatch) -> None:
     )
 
 
-def read_once(patched: pytest.MonkeyPatch) -> None:
-    """Read each model once in a process of the tests, as :func:`read_model`, as long as the patch lasts."""
-    for module in (site, opened, saving):
-        patched.setattr(module, "read_building", read_model)
+@pytest.fixture(scope="module", autouse=True)
+def models_are_read_once() -> Iterator[None]:
+    """Read each model once in a process of the tests, in the tests next to the ``conftest.py`` that imports this."""
+    with pytest.MonkeyPatch.context() as patched:
+        for module in (read, site, opened, saving):
+            patched.setattr(module, "read_building", read_model)
+        yield
 
 
 def read_model(path: Path, options: ReadOptions | None = None, _: Report | None = None) -> Building:

@@ -20,7 +20,7 @@ from bimvox_pipeline.site import init
 from bimvox_pipeline.studio.opened import open_site
 from bimvox_pipeline.studio.saving import save
 from fleet_work import carry_out_in_process
-from rough_search import read_once, time_few_lifts
+from rough_search import time_few_lifts
 
 from bimvox.errors import FileError, InputError
 from bimvox.library.set_up_search.placed import PlacedSite
@@ -46,18 +46,12 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]
     return site, run(site)
 
 
-@pytest.fixture(autouse=True)
-def _is_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    read_once(monkeypatch)
-
-
 def run(site: Path, out: Path | None = None, **options: Any) -> dict[str, Any]:
     """Optimise with the first two hammerheads, if no other crane is asked for, and plan in this process."""
     options = {"effort": Effort(2, 0, cranes=1), "crane": "hammerhead", "execution": Execution(jobs=1), **options}
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(command, "machines_called", lambda crane: machines_called(crane)[:2])
         time_few_lifts(patched)
-        read_once(patched)
         carry_out_in_process(patched)
         return optimise(site, out or site.parent / "found", progress=SilentProgress(), **options)
 
