@@ -34,7 +34,10 @@ def test_made_by_module_and_id():
         # First gymnasium, then its own import of the package: the test of first observations, below.
         "import bimvox; import gymnasium; spec = gymnasium.spec('bimvox/Lift-v0')",
         "import gymnasium; import bimvox; spec = gymnasium.spec('bimvox/Lift-v0')",
-        "import bimvox; import gymnasium; spec = gymnasium.make('bimvox:bimvox/Lift-v0').spec",
+        pytest.param(
+            "import bimvox; import gymnasium; spec = gymnasium.make('bimvox:bimvox/Lift-v0').spec",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_the_package_is_enough_for_gymnasium_to_find_the_ids(code):

@@ -80,7 +80,9 @@ def test_a_worker_that_sleeps_for_ever_is_ended_too() -> None:
     assert sorted(meshed.shapes) == [10]
 
 
-@pytest.mark.parametrize("processes", [1, 2, 3])
+@pytest.mark.parametrize(
+    "processes", [pytest.param(1, marks=pytest.mark.slow), 2, pytest.param(3, marks=pytest.mark.slow)]
+)
 def test_everything_else_survives(processes: int) -> None:
     done: list[int] = []
     work: list[int] = []
