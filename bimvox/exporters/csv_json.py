@@ -85,40 +85,26 @@ LIFT = Record(
     ("stored_pose", Maybe(str), "in the yard", "place.pose.value"),
     ("start_s", Maybe(float), "on the site's clock", lambda it: it.track and it.track.start_ns / 1e9),
     ("duration_s", Maybe(float), "of the lift", lambda it: it.track and (it.track.end_ns - it.track.start_ns) / 1e9),
-    (
-        "elapsed_start_s", Maybe(float), "its start in elapsed time, or that of work that the crane does not do",
-        lambda it: it.elapsed_s[0],
-    ),
+    ("elapsed_start_s", Maybe(float), "its start in elapsed time, or that of work that the crane does not do",
+     lambda it: it.elapsed_s[0]),
     ("elapsed_end_s", Maybe(float), "its end, in the same way", lambda it: it.elapsed_s[1]),
     ("carries_s", Maybe(float), "when that work carries, in elapsed time", lambda it: it.elapsed_s[2]),
-    (
-        "bound_s", Maybe(float), "least time of the loaded motion, point to point",
-        lambda it: it.motion.loaded.bound_s if it.motion and np.isfinite(it.motion.loaded.bound_s) else None,
-    ),
+    ("bound_s", Maybe(float), "least time of the loaded motion, point to point",
+     lambda it: it.motion.loaded.bound_s if it.motion and np.isfinite(it.motion.loaded.bound_s) else None),
     ("reason", Maybe(str), "why it is infeasible", "lift.reason"),
     *PAGE_LIFT.keys("by_other_means", "needed_by_s", "blocked_by"),
     ("crane", Maybe(str), "name of the crane", "crane.name"),
-    (
-        "begins", Maybe(str), "its start, or that of work that the crane does not do, local time; empty if unknown",
-        lambda it: it.span[0],
-    ),
+    ("begins", Maybe(str), "its start, or that of work that the crane does not do, local time; empty if unknown",
+     lambda it: it.span[0]),
     ("ends", Maybe(str), "its end, the part in place, in the same way", lambda it: it.span[1]),
-    (
-        "rigging", Maybe(str), "gear between hook and part, from the hook down; empty if the site file describes it",
-        lambda it: it.rig and "; ".join(f"{part.count} x {part.words}" for part in it.rig.parts),
-    ),
-    (
-        "rigging_mass_kg", Maybe(float), "its mass",
-        lambda it: it.rig.document()["mass_kg"] if it.rig else it.crane and it.crane.rigging_mass_kg,
-    ),
-    (
-        "leg_angle_deg", Maybe(float), "largest angle of the upper sling's legs to the vertical; empty in that case",
-        lambda it: it.rig and it.rig.document()["leg_angle_deg"],
-    ),
-    (
-        "stack", Maybe(Number), "number of its stack in the delivery, from 1; empty if it lies alone",
-        lambda it: it.place and (it.place.stack or None),
-    ),
+    ("rigging", Maybe(str), "gear between hook and part, from the hook down; empty if the site file describes it",
+     lambda it: it.rig and "; ".join(f"{part.count} x {part.words}" for part in it.rig.parts)),
+    ("rigging_mass_kg", Maybe(float), "its mass",
+     lambda it: it.rig.document()["mass_kg"] if it.rig else it.crane and it.crane.rigging_mass_kg),
+    ("leg_angle_deg", Maybe(float), "largest angle of the upper sling's legs to the vertical; empty in that case",
+     lambda it: it.rig and it.rig.document()["leg_angle_deg"]),
+    ("stack", Maybe(Number), "number of its stack in the delivery, from 1; empty if it lies alone",
+     lambda it: it.place and (it.place.stack or None)),
     *PAGE_LIFT.keys("heading"),
 )  # fmt: skip
 
@@ -274,52 +260,38 @@ _TRUCK = Record(
     "ExportedTruck",
     "A delivery.",
     ("truck", Number, "number of the delivery, from 1", lambda it: it.number + 1),
-    (
-        "needed", Maybe(str), "when the truck must be there, local time; empty if no start is known",
-        lambda it: it.times[0],
-    ),
+    ("needed", Maybe(str), "when the truck must be there, local time; empty if no start is known",
+     lambda it: it.times[0]),
     ("unloaded", Maybe(str), "when it is empty, in the same way", lambda it: it.times[1]),
-    (
-        "needed_s", Maybe(float), "start of its first lift, in elapsed time; empty if none of its parts is lifted",
-        lambda it: min(
-            (it.starts_ns[lift.order] / 1e9 for lift in it.load if lift.order in it.starts_ns), default=None
-        ),
-    ),
+    ("needed_s", Maybe(float), "start of its first lift, in elapsed time; empty if none of its parts is lifted",
+     lambda it: min(
+         (it.starts_ns[lift.order] / 1e9 for lift in it.load if lift.order in it.starts_ns), default=None
+     )),
     ("parts_on_truck", Number, "how many parts it carries", lambda it: len(it.load)),
     ("truck_mass_kg", float, "their mass", lambda it: sum(part.mass_kg for part in it.parts)),
 )  # fmt: skip
 _PART = Record(
     "ExportedPart",
     "A part of a delivery.",
-    (
-        "loaded", Number,
-        "place in the order of loading, from 1: what is loaded first is unloaded last, and lifted first",
-    ),
+    ("loaded", Number,
+     "place in the order of loading, from 1: what is loaded first is unloaded last, and lifted first"),
     ("component", str, "GlobalId, made unique", "part.id"),
     ("global_id", str, "IFC GlobalId, or the body's name", "part.global_id"),
     ("name", str, "the source's name", "part.name"),
     ("ifc_class", str, "for example IfcBeam", "part.ifc_class"),
     ("mass_kg", float, "mass without rigging", "part.mass_kg"),
-    (
-        "length_m", float, "of the smallest upright box around the part, its longest edge", lambda it: it.size_m[0],
-    ),
+    ("length_m", float, "of the smallest upright box around the part, its longest edge", lambda it: it.size_m[0]),
     ("width_m", float, "its second edge", lambda it: it.size_m[1]),
     ("height_m", float, "its shortest edge", lambda it: it.size_m[2]),
     ("number", Number, "number of the part's lift, from 1", "lift.number"),
     ("status", str, "planned or infeasible", "lift.status.value"),
-    (
-        "stack", Maybe(Number), "number of its stack in the yard, from 1; empty if it lies alone",
-        lambda it: it.lift.place.stack or None,
-    ),
-    (
-        "rack", Maybe(Number), "number of its rack in the yard, from 1; empty if it stands in none",
-        lambda it: abs(it.lift.place.rack) or None,
-    ),
-    (
-        "truck_radius_m", Maybe(float),
-        "radius of the hook over the truck when the crane unloads the part; empty without an access",
-        "unloading.radius_m",
-    ),
+    ("stack", Maybe(Number), "number of its stack in the yard, from 1; empty if it lies alone",
+     lambda it: it.lift.place.stack or None),
+    ("rack", Maybe(Number), "number of its rack in the yard, from 1; empty if it stands in none",
+     lambda it: abs(it.lift.place.rack) or None),
+    ("truck_radius_m", Maybe(float),
+     "radius of the hook over the truck when the crane unloads the part; empty without an access",
+     "unloading.radius_m"),
     ("truck_utilisation", Maybe(float), "share of the capacity there", "unloading.utilisation"),
     ("unloading_s", Maybe(float), "crane time from the truck to its place and back", "unloading.duration_s"),
 )  # fmt: skip

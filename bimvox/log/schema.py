@@ -76,27 +76,10 @@ RATE = "rate"
 """Metadata key: the ``LogRate``."""
 RECOVERED = "recovered"
 """Metadata key of a recovered log: some messages may be missing."""
-OWN_METADATA = frozenset(
-    (
-        "schema_version",
-        "bimvox",
-        "revision",
-        "site",
-        "site_digest",
-        "geometry_digest",
-        "model",
-        "model_sha256",
-        "voxel_size_m",
-        "origin_m",
-        "shape",
-        "site_to_ifc",
-        "path_pose",
-        "clock",
-        "extract",
-        RATE,
-        RECOVERED,
-    )
-)
+OWN_METADATA = frozenset((
+    "schema_version", "bimvox", "revision", "site", "site_digest", "geometry_digest", "model", "model_sha256",
+    "voxel_size_m", "origin_m", "shape", "site_to_ifc", "path_pose", "clock", "extract", RATE, RECOVERED,
+))  # fmt: skip
 """Keys of the metadata record that the recorder writes."""
 
 

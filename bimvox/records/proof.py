@@ -75,10 +75,8 @@ CHECK = Record(
     ("name", str, "Its name."),
     ("passed", bool, "Whether it passed."),
     ("samples", Count, "How many values it looked at."),
-    (
-        "worst", Maybe(float), "The worst of them.",
-        lambda check: None if check.worst is None or not isfinite(check.worst) else round(float(check.worst), 9),
-    ),
+    ("worst", Maybe(float), "The worst of them.",
+     lambda check: None if check.worst is None or not isfinite(check.worst) else round(float(check.worst), 9)),
     ("unit", str, "Its unit."),
     ("failed", Count, "How many failed."),
     ("failures", tuple[str, ...], "What failed, in words.", lambda check: list(check.failures)),

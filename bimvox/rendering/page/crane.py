@@ -52,10 +52,8 @@ _CHART = Record(
     "PageChart",
     "A load chart.",
     ("radius_m", tuple[float, ...], "Radii, ascending.", lambda chart: list(chart.radius_m)),
-    (
-        "capacity_kg", tuple[float, ...], "Capacity at each: load, rigging and hook block.",
-        lambda chart: list(chart.capacity_kg),
-    ),
+    ("capacity_kg", tuple[float, ...], "Capacity at each: load, rigging and hook block.",
+     lambda chart: list(chart.capacity_kg)),
 )  # fmt: skip
 CRANE = Record(
     "PageCrane",

@@ -46,10 +46,8 @@ _GEOMETRY = Record(
     "PageGeometry",
     "A shape that parts share.",
     ("step_m", float, "Length of a step of its lattice.", lambda shape, _: shape.step_m),
-    (
-        "points", NUMBERS, "x, y, z of each point in steps, from the shape's lowest corner.",
-        lambda shape, blob: blob.put(shape.points),
-    ),
+    ("points", NUMBERS, "x, y, z of each point in steps, from the shape's lowest corner.",
+     lambda shape, blob: blob.put(shape.points)),
     ("faces", NUMBERS, "Three points of each triangle.", lambda shape, blob: blob.put(_short(shape.faces))),
     ("edges", NUMBERS, "Two points of each visible edge.", lambda shape, blob: blob.put(_short(shape.edges))),
 )  # fmt: skip
@@ -60,9 +58,7 @@ _STANDING = Record(
     ("kind", str, "Its kind."),
     ("name", str, "Its name in the model; empty if it has none."),
     ("boxes", NUMBERS, "Its cells as boxes: lowest x, y, z and the ends, in cells of the site.", LATER),
-    (
-        "geometry", Maybe(Count), "Index in ``geometries``; null without a shape. Only in ``standing``.", LATER, None,
-    ),
+    ("geometry", Maybe(Count), "Index in ``geometries``; null without a shape. Only in ``standing``.", LATER, None),
     ("low_m", Maybe(Point3), "Lowest corner of the shape. Only in ``standing``.", LATER, None),
 )  # fmt: skip
 _SITE = Record(
@@ -75,22 +71,16 @@ _SITE = Record(
     ("shape", tuple[Count, Count, Count], "Cells along x, y and z.", lambda site, _: list(site.shape)),
     ("voxel_size_m", float, "Edge of a cell.", "frame.voxel_size_m"),
     ("origin_m", Point3, "Lowest corner of cell (0, 0, 0).", lambda site, _: list(site.frame.origin_m)),
-    (
-        "slab", NUMBERS,
-        "Columns, y slowest: 0 nothing, 1 ground, 2 construction area, 3 yard, 4 access of trucks; 8 more where hook or"
-        "\nload must not be. Nothing where the ground is not as high as the yard: it stands among the fixed things.",
-        lambda site, blob: blob.put(slab_map(site)),
-    ),
-    (
-        "slab_low_m", float, "Lower side of the slab, a cell thick, whose top is the level of the yard.",
-        lambda site, _: float(site.frame.corner_of([0, 0, site.yard_floor_vox - 1])[2]),
-    ),
+    ("slab", NUMBERS,
+     "Columns, y slowest: 0 nothing, 1 ground, 2 construction area, 3 yard, 4 access of trucks; 8 more where hook or"
+     "\nload must not be. Nothing where the ground is not as high as the yard: it stands among the fixed things.",
+     lambda site, blob: blob.put(slab_map(site))),
+    ("slab_low_m", float, "Lower side of the slab, a cell thick, whose top is the level of the yard.",
+     lambda site, _: float(site.frame.corner_of([0, 0, site.yard_floor_vox - 1])[2])),
     ("notes", tuple[str, ...], "Notes about the site.", lambda site, _: _named(site, site.notes)),
     ("geometry_digest", str, "Digest of its geometry."),
-    (
-        "view_deg", Point2, "Azimuth and elevation from which to look.",
-        lambda site, _: [round(n, 3) for n in (view_of_site(site).azimuth_deg, view_of_site(site).elevation_deg)],
-    ),
+    ("view_deg", Point2, "Azimuth and elevation from which to look.",
+     lambda site, _: [round(n, 3) for n in (view_of_site(site).azimuth_deg, view_of_site(site).elevation_deg)]),
 )  # fmt: skip
 _COLOURS = Record(
     "PageColours",
@@ -154,62 +144,39 @@ _REVISION = Record(
     ("log", str, "Name of its log."),
     ("sha256", str, "SHA-256 of that file."),
     ("digest", str, "Digest of the site with its obstructions.", "plan.site.digest"),
-    (
-        "planned", Count, "Lifts that are planned.",
-        lambda it, _: sum(lift.status is Status.PLANNED for lift in it.lifts),
-    ),
+    ("planned", Count, "Lifts that are planned.",
+     lambda it, _: sum(lift.status is Status.PLANNED for lift in it.lifts)),
     ("infeasible", Count, "Lifts that are infeasible."),
     ("carried", Count, "Lifts that the log carries.", lambda it, _: len(it.plan.lifts)),
-    (
-        "begins_s", float, "When the first motion begins, crane time.",
-        lambda it, _: min((track.start_ns for track in it.tracks), default=0) / 1e9,
-    ),
-    (
-        "ends_s", float, "When the last one ends.",
-        lambda it, _: max((track.end_ns for track in it.tracks), default=0) / 1e9,
-    ),
+    ("begins_s", float, "When the first motion begins, crane time.",
+     lambda it, _: min((track.start_ns for track in it.tracks), default=0) / 1e9),
+    ("ends_s", float, "When the last one ends.",
+     lambda it, _: max((track.end_ns for track in it.tracks), default=0) / 1e9),
     ("timed", bool, "Whether a crane moves the loads; otherwise times are nominal.", lambda it, _: bool(it.motions)),
-    (
-        "critical_share", float, "Share of the capacity from which a lift is critical.",
-        "plan.site.rules.critical_share",
-    ),
-    (
-        "elapsed_s", Maybe(float), "Elapsed time, if there is work that the crane does not do.",
-        lambda it, _: it.steps.elapsed_ns(it.motions) / 1e9 if it.steps != Steps() else None,
-    ),
+    ("critical_share", float, "Share of the capacity from which a lift is critical.", "plan.site.rules.critical_share"),
+    ("elapsed_s", Maybe(float), "Elapsed time, if there is work that the crane does not do.",
+     lambda it, _: it.steps.elapsed_ns(it.motions) / 1e9 if it.steps != Steps() else None),
     ("paused_s", float, "How long the crane pauses.", lambda it, _: it.steps.paused_ns / 1e9),
-    (
-        "dates", tuple[tuple[float, float, float], ...],
-        "Of each block of lifts: begin and end, crane time, and its begin in local time, seconds after 1970.",
-        lambda it, _: _blocks(it.dates) if it.dates else None, (),
-    ),
-    (
-        "deliveries", Several(DELIVERY), "What the crane unloads; none if no place for trucks is known.",
-        lambda _, made: made.deliveries or None, (),
-    ),
+    ("dates", tuple[tuple[float, float, float], ...],
+     "Of each block of lifts: begin and end, crane time, and its begin in local time, seconds after 1970.",
+     lambda it, _: _blocks(it.dates) if it.dates else None, ()),
+    ("deliveries", Several(DELIVERY), "What the crane unloads; none if no place for trucks is known.",
+     lambda _, made: made.deliveries or None, ()),
     ("lifts", Several(LIFT), "All lifts in their order.", lambda _, made: made.lifts),
-    (
-        "obstructions", Several(_STANDING), "Its obstructions.",
-        lambda it, made: [boxes_record(it.plan.site, blocker, made.blob) for blocker in it.plan.site.blockers
-                          if blocker.kind == "obstruction"],
-    ),
-    (
-        "obstruction_notes", tuple[str, ...], "Notes about them.",
-        lambda it, _: _named(it.plan.site, it.plan.site.obstruction_notes),
-    ),
+    ("obstructions", Several(_STANDING), "Its obstructions.",
+     lambda it, made: [boxes_record(it.plan.site, blocker, made.blob) for blocker in it.plan.site.blockers
+                       if blocker.kind == "obstruction"]),
+    ("obstruction_notes", tuple[str, ...], "Notes about them.",
+     lambda it, _: _named(it.plan.site, it.plan.site.obstruction_notes)),
     ("notes", tuple[str, ...], "Notes about the plan.", lambda it, _: _named(it.plan.site, it.plan.notes)),
-    (
-        "clashes", Several(_CLASH), "Parts that overlap in the model.",
-        lambda it, _: [_CLASH.of(clash) for clash in it.plan.clashes],
-    ),
+    ("clashes", Several(_CLASH), "Parts that overlap in the model.",
+     lambda it, _: [_CLASH.of(clash) for clash in it.plan.clashes]),
     ("proof", Maybe(PROOF), "The proof made for this page; null: none.", lambda it, _: proof_record(it)),
     ("verdict", _VERDICT, "The verdict.", lambda it, _: _VERDICT.of(it.verdict)),
     ("conditions", tuple[str, ...], "What the proof takes as given.", lambda it, _: list(it.conditions)),
     ("remarks", Several(REMARK), "What a person should look at.", lambda it, _: [one.to_dict() for one in it.remarks]),
-    (
-        "changes", Maybe(_CHANGES), "What it changes; null for the first.",
-        lambda it, made: _changes(made.before, it) if made.before else None,
-    ),
+    ("changes", Maybe(_CHANGES), "What it changes; null for the first.",
+     lambda it, made: _changes(made.before, it) if made.before else None),
     ("metadata", dict[str, str], "Metadata of the log.", lambda it, _: dict(sorted(it.metadata.items()))),
 )  # fmt: skip
 _SCALES = Record(

@@ -109,72 +109,44 @@ LIFT = Record(
     ("method", Maybe(str), "How its path was found.", "lift.method.value"),
     ("moves", Maybe(Count), "Unit moves of its path.", "lift.moves"),
     ("shortest_moves", Maybe(Count), "The fewest possible.", "lift.shortest_moves"),
-    (
-        "contact_moves", Maybe(Count), "How many of them are the last moves, near other parts.", "lift.contact_moves",
-    ),
-    (
-        "reason", Maybe(str), "Why it is infeasible.",
-        lambda it: it.lift.reason and with_names(it.lift.reason, names_by_id(it.site)),
-    ),
+    ("contact_moves", Maybe(Count), "How many of them are the last moves, near other parts.", "lift.contact_moves"),
+    ("reason", Maybe(str), "Why it is infeasible.",
+     lambda it: it.lift.reason and with_names(it.lift.reason, names_by_id(it.site))),
     ("blocked_by", tuple[str, ...], "Ids of what blocks it.", lambda it: list(it.lift.blocked_by)),
     ("by_other_means", bool, "Whether it counts as set by other means.", "lift.by_other_means"),
-    (
-        "needed_by_s", Maybe(float), "When such a part is needed, crane time.",
-        lambda it: _needed_by_s(it.source.motions, it.lift),
-    ),
-    (
-        "elapsed_s", Maybe(float), "When it starts, elapsed time.",
-        lambda it: it.motion and it.source.steps.starting_ns(it.motion.start_ns) / 1e9,
-    ),
+    ("needed_by_s", Maybe(float), "When such a part is needed, crane time.",
+     lambda it: _needed_by_s(it.source.motions, it.lift)),
+    ("elapsed_s", Maybe(float), "When it starts, elapsed time.",
+     lambda it: it.motion and it.source.steps.starting_ns(it.motion.start_ns) / 1e9),
     ("step", Maybe(_STEP), "Its times, if the crane does not lift it.", lambda it: it.step and it.step.seconds()),
     ("delivery", Maybe(Count), "Its delivery, from 0.", "place.delivery"),
-    (
-        "unloading", Maybe(UNLOADING), "How the crane unloads it; null if no place for trucks is known.", LATER, None,
-    ),
-    (
-        "stored", Maybe(Literal["as_built", "lying_x", "lying_y"]), "How it is stored.", "place.pose.value",
-    ),
+    ("unloading", Maybe(UNLOADING), "How the crane unloads it; null if no place for trucks is known.", LATER, None),
+    ("stored", Maybe(Literal["as_built", "lying_x", "lying_y"]), "How it is stored.", "place.pose.value"),
     ("turn", Count, "Quarter turns of the stored part.", lambda it: it.place.turn if it.place else 0),
-    (
-        "start_m", Maybe(Point3), "Lowest corner of the stored part's cells.",
-        lambda it: it.place and rounded(it.site.frame.corner_of(it.place.cell_vox)),
-    ),
-    (
-        "start_size_m", Maybe(Point3), "Size of their box.",
-        lambda it: it.place and [round(n * it.site.frame.voxel_size_m, 6) for n in it.place.shape.size_vox],
-    ),
+    ("start_m", Maybe(Point3), "Lowest corner of the stored part's cells.",
+     lambda it: it.place and rounded(it.site.frame.corner_of(it.place.cell_vox))),
+    ("start_size_m", Maybe(Point3), "Size of their box.",
+     lambda it: it.place and [round(n * it.site.frame.voxel_size_m, 6) for n in it.place.shape.size_vox]),
     ("lifting", _LIFTING, "How it hangs.", lambda it: _lifting(it.site, it.component)),
-    (
-        "clearance_m", Maybe(float), "Clearance of the load in transit, if it is less than the rule's.",
-        "lift.clearance_m",
-    ),
+    ("clearance_m", Maybe(float), "Clearance of the load in transit, if it is less than the rule's.",
+     "lift.clearance_m"),
     ("rope_clearance_m", Maybe(float), "The same of hook and rope.", "lift.rope_clearance_m"),
-    (
-        "heading", Maybe(str), "How its heading is kept; null without a path.",
-        lambda it: heading_in_words(it.lift, it.motion),
-    ),
-    (
-        "proven", Maybe(bool), "Whether the proof holds for it; null without a proof or a path.",
-        lambda it: (
-            None if (proof := it.source.proof) is None or it.lift.path_vox is None
-            else it.component.id not in proof.culprits
-        ),
-    ),
-    (
-        "current", bool, "Whether it is proven against the current obstructions.",
-        lambda it: it.source.proof is None or it.component.id not in it.source.proof.not_current,
-    ),
+    ("heading", Maybe(str), "How its heading is kept; null without a path.",
+     lambda it: heading_in_words(it.lift, it.motion)),
+    ("proven", Maybe(bool), "Whether the proof holds for it; null without a proof or a path.",
+     lambda it: (
+         None if (proof := it.source.proof) is None or it.lift.path_vox is None
+         else it.component.id not in proof.culprits
+     )),
+    ("current", bool, "Whether it is proven against the current obstructions.",
+     lambda it: it.source.proof is None or it.component.id not in it.source.proof.not_current),
     ("duration_s", Maybe(float), "From pick to set.", "motion.loaded.duration_s"),
     ("bound_s", Maybe(float), "The synchronised point-to-point time.", "motion.loaded.bound_s"),
-    (
-        "samples", Maybe(Count), "Samples of its motion in the log.",
-        lambda it: it.motion and len(it.motion.samples()[0]),
-    ),
+    ("samples", Maybe(Count), "Samples of its motion in the log.",
+     lambda it: it.motion and len(it.motion.samples()[0])),
     ("governs", Maybe(_GOVERNING), "Its governing sample.", lambda it: it.motion and _governing(it.site, it.motion)),
-    (
-        "pick", Maybe(_HOOK), "The hook when it is picked.",
-        lambda it: it.motion and _hook(it.site, it.motion, last=False),
-    ),
+    ("pick", Maybe(_HOOK), "The hook when it is picked.",
+     lambda it: it.motion and _hook(it.site, it.motion, last=False)),
     ("set", Maybe(_HOOK), "The hook when it is set.", lambda it: it.motion and _hook(it.site, it.motion, last=True)),
     ("motion", Maybe(Count), "Index in ``motions``.", LATER),
     ("begins_s", Maybe(float), "When its motion begins, crane time.", LATER),

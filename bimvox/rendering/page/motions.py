@@ -62,10 +62,8 @@ MOTION = Record(
     "A motion; times are seconds from the lift's start, linear between keyframes.",
     ("kind", Literal["crane", "carried"], "``carried``: without a crane.", LATER),
     ("crane", Maybe(Count), "Its crane, from 0; only with several.", LATER, None),
-    (
-        "keys", NUMBERS, "Columns of steps, by ``scales``, each column delta-encoded: time, then slewing angle, radius,"
-        " height; of a\ncarried part time, x, y, z.", LATER,
-    ),
+    ("keys", NUMBERS, "Columns of steps, by ``scales``, each column delta-encoded: time, then slewing angle, radius,"
+     " height; of a\ncarried part time, x, y, z.", LATER),
     ("below_m", Maybe(Point3), "From the hook to the part's lowest corner.", LATER, None),
     ("tip", Maybe(_TIP), "Its upending.", LATER),
     ("yaw", Maybe(_TURN), "Its turn, if it is stored turned.", LATER),

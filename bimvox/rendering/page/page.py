@@ -91,42 +91,11 @@ def _summary(source: PageSource) -> str:
 # The page's program, style and frame: plain files, joined here without a build tool.
 
 MODULES = (
-    "inflate",
-    "container",
-    "maths",
-    "words",
-    "motion",
-    "plan",
-    "groups",
-    "visibility",
-    "colours",
-    "gl",
-    "shaders",
-    "batches",
-    "slab",
-    "camera",
-    "cranes",
-    "overlays",
-    "scene",
-    "seat",
-    "dom",
-    "labels",
-    "list",
-    "remarks",
-    "details",
-    "timeline",
-    "gantt",
-    "section",
-    "measure",
-    "panes",
-    "link",
-    "layers",
-    "header",
-    "pointer",
-    "keyboard",
-    "live",
+    "inflate", "container", "maths", "words", "motion", "plan", "groups", "visibility", "colours", "gl", "shaders",
+    "batches", "slab", "camera", "cranes", "overlays", "scene", "seat", "dom", "labels", "list", "remarks", "details",
+    "timeline", "gantt", "section", "measure", "panes", "link", "layers", "header", "pointer", "keyboard", "live",
     "main",
-)
+)  # fmt: skip
 """The modules, each after the ones that it imports."""
 
 _IMPORT = re.compile(r"^import \{[^}]*\} from \"\./(\w+)\.mjs\";\n", re.MULTILINE)

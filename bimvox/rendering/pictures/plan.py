@@ -14,19 +14,7 @@ from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.records.lift import NOT_LIFTED, Lift, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.track import headings_off_rad
-from bimvox.rendering.colours import (
-    ARRIVED,
-    ASSEMBLED,
-    BUILT_IN_PLACE,
-    CAST_IN_PLACE,
-    IN_TRANSIT,
-    OTHER_MEANS,
-    PATH,
-    SET_BY_HAND,
-    START_BOX,
-    TARGET_BOX,
-    UNBUILT,
-)
+from bimvox.rendering import colours
 from bimvox.rendering.pictures.cranes import poses_at, site_cranes
 from bimvox.rendering.pictures.scene import Layer, LegendEntry, Scene, Strokes, Swatch, polyline
 from bimvox.rendering.pictures.site import (
@@ -47,9 +35,9 @@ FEW = 12
 """All paths are drawn up to this number; more would be unreadable."""
 _ARRIVED = 1.0
 LIFT_LEGEND = (
-    LegendEntry("start", START_BOX, Swatch.BOX, Layer.BOXES),
-    LegendEntry("target", TARGET_BOX, Swatch.BOX, Layer.BOXES),
-    LegendEntry("path", PATH, Swatch.LINE, Layer.PATHS),
+    LegendEntry("start", colours.START_BOX, Swatch.BOX, Layer.BOXES),
+    LegendEntry("target", colours.TARGET_BOX, Swatch.BOX, Layer.BOXES),
+    LegendEntry("path", colours.PATH, Swatch.LINE, Layer.PATHS),
 )
 """Legend of the boxes and the path of a lift under way."""
 
@@ -98,10 +86,10 @@ def scene_of_plan(
 
 
 _OTHERWISE = {
-    Status.IN_SITU: ("cast in place", CAST_IN_PLACE),
-    Status.BUILT: ("built in place", BUILT_IN_PLACE),
-    Status.BY_HAND: ("set by hand", SET_BY_HAND),
-    Status.INFEASIBLE: ("set by other means", OTHER_MEANS),
+    Status.IN_SITU: ("cast in place", colours.CAST_IN_PLACE),
+    Status.BUILT: ("built in place", colours.BUILT_IN_PLACE),
+    Status.BY_HAND: ("set by hand", colours.SET_BY_HAND),
+    Status.INFEASIBLE: ("set by other means", colours.OTHER_MEANS),
 }
 
 
@@ -119,8 +107,8 @@ def _finished(site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotio
     missing = [site.components[lift.component] for lift in lifts if not lift.is_set]
     canvas = site_canvas(site, len(lifts))
     for lift in planned:
-        canvas.paint(target_cells(site.components[lift.component]), ASSEMBLED, layer=Layer.ASSEMBLED)
-    legend = [*site_legend(site), LegendEntry(f"assembled ({len(planned)})", ASSEMBLED, layer=Layer.ASSEMBLED)]
+        canvas.paint(target_cells(site.components[lift.component]), colours.ASSEMBLED, layer=Layer.ASSEMBLED)
+    legend = [*site_legend(site), LegendEntry(f"assembled ({len(planned)})", colours.ASSEMBLED, layer=Layer.ASSEMBLED)]
     for status, (words, colour) in _OTHERWISE.items():
         otherwise = [lift for lift in lifts if lift.status is status and lift.is_set]
         for lift in otherwise:
@@ -131,16 +119,18 @@ def _finished(site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotio
     shown = drawn if few else drawn[-1:]
     starts = [(lift.place.shape, lift.place.cell_vox) for lift in shown if lift.place is not None]
     strokes = [
-        boxes_strokes(site, starts, START_BOX, width_px=2.0 if len(starts) < 3 else 1.3),
-        boxes_strokes(site, [(part.shape, part.target_vox) for part in missing], TARGET_BOX),
+        boxes_strokes(site, starts, colours.START_BOX, width_px=2.0 if len(starts) < 3 else 1.3),
+        boxes_strokes(site, [(part.shape, part.target_vox) for part in missing], colours.TARGET_BOX),
         *(path_strokes(site, lift, motions.get(lift.order), strong=not few) for lift in shown),
     ]
     if starts:
-        legend.append(LegendEntry("start" if few else "start of the last lift", START_BOX, Swatch.BOX, Layer.BOXES))
+        legend.append(
+            LegendEntry("start" if few else "start of the last lift", colours.START_BOX, Swatch.BOX, Layer.BOXES)
+        )
     if missing:
-        legend.append(LegendEntry(f"target, not placed ({len(missing)})", TARGET_BOX, Swatch.BOX, Layer.BOXES))
+        legend.append(LegendEntry(f"target, not placed ({len(missing)})", colours.TARGET_BOX, Swatch.BOX, Layer.BOXES))
     if shown:
-        legend.append(LegendEntry("path" if few else "path of the last lift", PATH, Swatch.LINE, Layer.PATHS))
+        legend.append(LegendEntry("path" if few else "path of the last lift", colours.PATH, Swatch.LINE, Layer.PATHS))
     # Every crane has just set its last part.
     ends = {motions[lift.order].crane: motions[lift.order].loaded for lift in drawn if lift.order in motions}
     poses = {crane: CranePose(*loaded.axes[-1].tolist()) for crane, loaded in ends.items()}
@@ -158,24 +148,24 @@ def _under_way(
     at, pose = _load_at(site, lift, motion, share)
     canvas = site_canvas(site, len(lifts))
     for other in others.placed:
-        canvas.paint(target_cells(site.components[other.component]), ASSEMBLED, layer=Layer.ASSEMBLED)
+        canvas.paint(target_cells(site.components[other.component]), colours.ASSEMBLED, layer=Layer.ASSEMBLED)
     for other in others.stored:
-        canvas.paint(stored_cells(other), UNBUILT, layer=Layer.UNBUILT)
+        canvas.paint(stored_cells(other), colours.UNBUILT, layer=Layer.UNBUILT)
     for other, cell in others.carried:
-        canvas.paint(site.components[other.component].shape.cells + np.array(cell), IN_TRANSIT, over=True)
-    state_rgb, state = (ARRIVED, "arrived") if share >= _ARRIVED else (IN_TRANSIT, "in transit")
+        canvas.paint(site.components[other.component].shape.cells + np.array(cell), colours.IN_TRANSIT, over=True)
+    state_rgb, state = (colours.ARRIVED, "arrived") if share >= _ARRIVED else (colours.IN_TRANSIT, "in transit")
     canvas.paint(_load_cells(component, lift, motion, share) + np.array(at), state_rgb, over=True)
     strokes = [
-        boxes_strokes(site, [(lift.place.shape, lift.place.cell_vox)], START_BOX),
-        boxes_strokes(site, [(component.shape, component.target_vox)], TARGET_BOX),
+        boxes_strokes(site, [(lift.place.shape, lift.place.cell_vox)], colours.START_BOX),
+        boxes_strokes(site, [(component.shape, component.target_vox)], colours.TARGET_BOX),
         path_strokes(site, lift, motion, strong=True),
     ]
     stored, placed = len(others.stored), len(others.placed)
     legend = [
         *site_legend(site),
-        *([LegendEntry(f"unbuilt ({stored})", UNBUILT, layer=Layer.UNBUILT)] if stored else []),
+        *([LegendEntry(f"unbuilt ({stored})", colours.UNBUILT, layer=Layer.UNBUILT)] if stored else []),
         LegendEntry(state, state_rgb),
-        *([LegendEntry(f"assembled ({placed})", ASSEMBLED, layer=Layer.ASSEMBLED)] if placed else []),
+        *([LegendEntry(f"assembled ({placed})", colours.ASSEMBLED, layer=Layer.ASSEMBLED)] if placed else []),
         *LIFT_LEGEND,
     ]
     name = f" {component.name}" if component.name and component.name != component.id else ""
@@ -251,7 +241,7 @@ def path_strokes(site: Site, lift: Lift, motion: LiftMotion | None, *, strong: b
     """Return the path of a part as a line."""
     return Strokes(
         polyline(path_m(site, lift, motion)),
-        PATH,
+        colours.PATH,
         width_px=3.2 if strong else 2.0,
         opacity=0.95 if strong else 0.75,
         hidden_opacity=0.55 if strong else 0.35,

@@ -13,19 +13,7 @@ from bimvox.grid.frame import GridFrame, Label
 from bimvox.grid.voxel_grid import Part, VoxelGrid
 from bimvox.planning.yard import storage_poses
 from bimvox.records.lift import Lift
-from bimvox.rendering.colours import (
-    ACCESS,
-    ASSEMBLED,
-    CLASSES,
-    CONSTRUCTION_AREA,
-    FLOOR,
-    GROUND,
-    OBSTRUCTION,
-    START_BOX,
-    STRUCTURE,
-    UNBUILT,
-    YARD,
-)
+from bimvox.rendering import colours
 from bimvox.rendering.pictures.camera import View
 from bimvox.rendering.pictures.cranes import CraneParts, building_centre_m, site_cranes
 from bimvox.rendering.pictures.scene import Block, Canvas, Layer, LegendEntry, Scene, Strokes, box_edges, index_type
@@ -34,9 +22,9 @@ from bimvox.site.component import Component, IntVec, Rgb, Shape, stored_shape
 from bimvox.site.site import Site
 
 _AREAS = (
-    (Label.GROUND, GROUND, "ground"),
-    (Label.CONSTRUCTION_AREA, CONSTRUCTION_AREA, "construction area"),
-    (Label.YARD, YARD, "yard"),
+    (Label.GROUND, colours.GROUND, "ground"),
+    (Label.CONSTRUCTION_AREA, colours.CONSTRUCTION_AREA, "construction area"),
+    (Label.YARD, colours.YARD, "yard"),
 )
 _SIDE_DEG = 38.0
 _STRAIGHT_DEG = 25.0
@@ -48,15 +36,15 @@ def scene_of_site(site: Site) -> Scene:
     legend = site_legend(site)
     strokes: list[Strokes] = []
     for component in site.components:
-        canvas.paint(target_cells(component), ASSEMBLED, layer=Layer.ASSEMBLED)
-    legend.append(LegendEntry(f"as designed ({len(site.components)})", ASSEMBLED, layer=Layer.ASSEMBLED))
+        canvas.paint(target_cells(component), colours.ASSEMBLED, layer=Layer.ASSEMBLED)
+    legend.append(LegendEntry(f"as designed ({len(site.components)})", colours.ASSEMBLED, layer=Layer.ASSEMBLED))
     given = [component for component in site.components if component.start_vox is not None]
     for component in given:
         shape, cell = _given_place(component)
-        canvas.paint(shape.cells + np.array(cell), UNBUILT, layer=Layer.UNBUILT)
-        strokes.append(boxes_strokes(site, [(shape, cell)], START_BOX))
+        canvas.paint(shape.cells + np.array(cell), colours.UNBUILT, layer=Layer.UNBUILT)
+        strokes.append(boxes_strokes(site, [(shape, cell)], colours.START_BOX))
     if given:
-        legend.append(LegendEntry(f"in the yard ({len(given)})", UNBUILT, layer=Layer.UNBUILT))
+        legend.append(LegendEntry(f"in the yard ({len(given)})", colours.UNBUILT, layer=Layer.UNBUILT))
     size_m = site.frame.voxel_size_m
     extent = " x ".join(f"{n * size_m:g}" for n in site.shape)
     mass_t = sum(component.mass_kg for component in site.components) / 1000.0
@@ -94,19 +82,19 @@ def site_canvas(site: Site, more: int) -> Canvas:
     canvas = Canvas(site.shape, len(_AREAS) + 2 + len(site.blockers) + more)
     slab, tops = site.labels[:, :, 0], site.ground_vox
     if tops.any():
-        canvas.paint(site.blockers[0].cells, GROUND, layer=Layer.GROUND)
+        canvas.paint(site.blockers[0].cells, colours.GROUND, layer=Layer.GROUND)
     for label, rgb, _ in _AREAS:
         canvas.paint_columns(slab == label, tops, rgb, layer=Layer.GROUND)
     # `Site.yard` defines the yard; the labels of the slab need not repeat it.
-    canvas.paint_columns(site.yard & (slab == Label.GROUND), tops, YARD, layer=Layer.GROUND)
+    canvas.paint_columns(site.yard & (slab == Label.GROUND), tops, colours.YARD, layer=Layer.GROUND)
     if site.access is not None:
-        canvas.paint_columns(site.access, tops, ACCESS, layer=Layer.GROUND)
+        canvas.paint_columns(site.access, tops, colours.ACCESS, layer=Layer.GROUND)
     for blocker in site.blockers[1:]:
         above = blocker.cells[blocker.cells[:, 2] > tops[blocker.cells[:, 0], blocker.cells[:, 1]]]
         if blocker.kind == "structure" or (blocker.kind == "crane" and not site.cranes):
-            canvas.paint(above, STRUCTURE, layer=Layer.STRUCTURE)
+            canvas.paint(above, colours.STRUCTURE, layer=Layer.STRUCTURE)
         elif blocker.kind == "obstruction":
-            canvas.paint(above, OBSTRUCTION, over=True, layer=Layer.OBSTRUCTIONS)
+            canvas.paint(above, colours.OBSTRUCTION, over=True, layer=Layer.OBSTRUCTIONS)
     return canvas
 
 
@@ -118,12 +106,12 @@ def site_legend(site: Site) -> list[LegendEntry]:
     there[Label.GROUND] = bool(((slab == Label.GROUND) & ~site.yard).any())
     legend = [LegendEntry(name, rgb, layer=Layer.GROUND) for label, rgb, name in _AREAS if there[label]]
     if site.access is not None:
-        legend.append(LegendEntry("access of trucks", ACCESS, layer=Layer.GROUND))
+        legend.append(LegendEntry("access of trucks", colours.ACCESS, layer=Layer.GROUND))
     kinds = {blocker.kind for blocker in site.blockers}
     if "structure" in kinds:
-        legend.append(LegendEntry("existing structure", STRUCTURE, layer=Layer.STRUCTURE))
+        legend.append(LegendEntry("existing structure", colours.STRUCTURE, layer=Layer.STRUCTURE))
     if "obstruction" in kinds:
-        legend.append(LegendEntry("obstruction", OBSTRUCTION, layer=Layer.OBSTRUCTIONS))
+        legend.append(LegendEntry("obstruction", colours.OBSTRUCTION, layer=Layer.OBSTRUCTIONS))
     return legend
 
 
@@ -206,16 +194,16 @@ def scene_of_grid(grid: VoxelGrid, *, title: str = "") -> Scene:
     solids = grid.owners.mapped(numbers)
     counts = _components_by_class(grid)
     rgb_of_class = _rgb_by_class(counts)
-    palette = np.concatenate([np.array([(0, 0, 0), FLOOR], np.uint8), part_colours(grid)])
+    palette = np.concatenate([np.array([(0, 0, 0), colours.FLOOR], np.uint8), part_colours(grid)])
     cells = grid.counts()
     has_ground = bool(cells.get("ground"))
     frame, solids = (grid.frame, solids) if has_ground else _on_floor(grid.frame, solids)
     legend = [LegendEntry(f"{name} ({counts[name]})", rgb_of_class[name]) for name in rgb_of_class]
     rest = Counter(part.label for part in grid.parts if part.label is not Label.COMPONENT)
     if rest[Label.STRUCTURE]:
-        legend.append(LegendEntry(f"not lifted ({rest[Label.STRUCTURE]})", STRUCTURE))
+        legend.append(LegendEntry(f"not lifted ({rest[Label.STRUCTURE]})", colours.STRUCTURE))
     if rest[Label.GROUND]:
-        legend.append(LegendEntry("ground", GROUND))
+        legend.append(LegendEntry("ground", colours.GROUND))
     x, y, z = grid.shape
     filled = sum(cells.values()) - cells["air"]
     return Scene(
@@ -253,10 +241,10 @@ def _components_by_class(grid: VoxelGrid) -> Counter[str]:
 
 
 def _rgb_by_class(counts: Counter[str]) -> dict[str, Rgb]:
-    return {name: CLASSES[min(n, len(CLASSES) - 1)] for n, (name, _) in enumerate(counts.most_common())}
+    return {name: colours.CLASSES[min(n, len(colours.CLASSES) - 1)] for n, (name, _) in enumerate(counts.most_common())}
 
 
 def _rgb_of(part: Part, rgb_of_class: dict[str, Rgb]) -> Rgb:
     if part.label is Label.COMPONENT:
         return rgb_of_class[part.ifc_class]
-    return GROUND if part.label is Label.GROUND else STRUCTURE
+    return colours.GROUND if part.label is Label.GROUND else colours.STRUCTURE
