@@ -244,10 +244,8 @@ class _GltfWriter:
     def mesh(self, vertices_m: NDArray[np.float64], faces: NDArray[np.int32], rgb: tuple[int, int, int]) -> int:
         """Add a mesh and return its number.
 
-        Args:
-            vertices_m: (V, 3) in the frame of the nodes that show it.
-            faces: (F, 3) indices.
-            rgb: Colour, sRGB, 0..255.
+        Vertices ((V, 3)) are in the frame of the nodes that show it, faces (F, 3) indices, ``rgb`` sRGB,
+        0..255.
         """
         positions = self._accessor(np.asarray(vertices_m, np.float32), _ARRAY, bounds=True)
         indices = self._accessor(np.asarray(faces, np.uint32).reshape(-1), _ELEMENTS)

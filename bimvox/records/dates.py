@@ -90,13 +90,9 @@ def crew_hours(
 ) -> tuple[_CrewHours, ...]:
     """Return the time of each crew of known size that has work.
 
-    Args:
-        site: The site.
-        calendar: Its calendar.
-        lifts: Component, start and release of each lift, by order, in nanoseconds of calendar time.
-        cast: Begin and end of the work at each part that is cast in place.
-        deliveries: Begin and end of the unloading of each delivery.
-        work: The working time.
+    ``lifts``: component, start and release of each lift, by order, in nanoseconds of calendar time; ``cast`` and
+    ``deliveries``: begin and end of the work at each part that is cast in place, and of the unloading of each
+    delivery.
     """
     of_crane: dict[int, list[_Span]] = {}
     for component, span in lifts.values():
@@ -351,16 +347,9 @@ def dates_of(
 ) -> PlanDates | None:
     """Return the dates of a plan; None if its start is not known, or it has no motions.
 
-    Everything keeps its order in time: a lift waits for what carried before it in elapsed time, a step for the lifts
-    before it, for its crew and for what carried. Waits run through nights and breaks, work does not.
-
-    Args:
-        calendar: The working hours, and the times before a lift.
-        site: The site.
-        lifts: All lifts of the plan.
-        motions: The motions of all planned lifts.
-        steps: The steps of work that the crane does not do.
-        start: When work may begin, local time; None takes the calendar's.
+    Everything keeps its order in time: a lift waits for what carried before it in elapsed time, a step for the
+    lifts before it, for its crew and for what carried. Waits run through nights and breaks, work does not.
+    ``lifts`` are all of the plan; ``start`` is when work may begin, local time; None takes the calendar's.
     """
     begins = start or calendar.begins
     if begins is None or not motions:

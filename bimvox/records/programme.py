@@ -57,11 +57,7 @@ def against_programme(
 ) -> tuple[TaskDates, ...]:
     """Return the tasks that have a part in the plan, in the order of the programme.
 
-    Args:
-        programme: The programme.
-        parts: The parts by the order of their lift or step.
-        spans: Start and end of each lift and step, by order.
-        hours: The working hours, for the number of working days.
+    ``parts`` by the order of their lift or step; ``spans``: start and end of each, by order.
     """
     orders: dict[ProgrammeTask, list[int]] = {}
     for order in sorted(spans):

@@ -52,11 +52,7 @@ _INDICES: dict[int, Any] = {
 
 
 def form_faults(data: bytes) -> tuple[str, ...]:
-    """Return what a sound log tells other readers that is not so, one sentence each.
-
-    Args:
-        data: The bytes of a file that :func:`bimvox.log.mcap.reader.read_contents` reads.
-    """
+    """Return what a sound log tells other readers that is not so, one sentence each."""
     found = _File()
     for at, opcode, body in _records(data, MAGIC_SIZE, len(data) - MAGIC_SIZE):
         found.add(data, at, opcode, body)

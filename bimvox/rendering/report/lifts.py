@@ -29,10 +29,7 @@ _HEADINGS = {
 def lift_table(lifts: Iterable[dict[str, Any]], remarks: Iterable[dict[str, Any]], *, proof_made: bool) -> str:
     """Return the table of all lifts.
 
-    Args:
-        lifts: Records of lifts, critical ones first, then in order.
-        remarks: The remarks about the plan.
-        proof_made: Whether the log was proven for this report.
+    ``proof_made``: whether the log was proven for this report.
     """
     caption = "Every lift, critical ones first, then in order"
     about: dict[str | None, list[dict[str, Any]]] = {}

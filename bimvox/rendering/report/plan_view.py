@@ -62,10 +62,8 @@ def shows_all(drawing: dict[str, Any]) -> bool:
 def plan_parts(drawing: dict[str, Any], *, detail: bool = False, named: bool = False) -> tuple[Sheet, list[str]]:
     """Return the sheet of the plan and what is drawn on it.
 
-    Args:
-        drawing: What it shows.
-        detail: Building and yard only, without the whole sweep of the jib.
-        named: With dimensions and names, also if it is not a detail.
+    ``detail``: building and yard only, without the whole sweep of the jib; ``named``: with dimensions and names,
+    also if it is not a detail.
     """
     sheet = _sheet_of(drawing, detail=detail)
     # At the scale of the whole sweep, names would cover each other.

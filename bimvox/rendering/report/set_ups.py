@@ -39,11 +39,8 @@ def set_ups_page(
 ) -> bytes:
     """Return the page, UTF-8; it makes no network requests and runs no scripts.
 
-    Args:
-        document: The document of ``bimvox optimise --json``.
-        estimates: Rows of its table of all machines.
-        drawings: A drawing of the given set-up and of each of the front.
-        heat: The map of crane hours.
+    ``document``: of ``bimvox optimise --json``; ``estimates``: rows of its table of all machines; ``drawings``: of
+    the given set-up and of each of the front; ``heat``: the map of crane hours.
     """
     name = PurePath(document["site"]).name.removesuffix(".toml").removesuffix(".site")
     front, given, currency = document["front"], document["baseline"], document["currency"]

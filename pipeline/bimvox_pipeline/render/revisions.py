@@ -171,11 +171,7 @@ def revisions_of(
 ) -> Iterator[Revision]:
     """Yield the read logs as revisions of a plan.
 
-    Args:
-        found: The read logs.
-        proven: Whether they are proven again now.
-        progress: Receives the stages.
-        known: What was found earlier about logs; new findings are added.
+    ``known``: what was found earlier about logs; new findings are added.
 
     Raises:
         LogFileError: If values of a log make no sense: nothing can be drawn from them.
@@ -241,11 +237,8 @@ def source_of_log(
 ) -> PageSource:
     """Return the content of a log's page.
 
-    Args:
-        log: A log. Revisions of ``bimvox watch`` next to it are in the page as well.
-        proven: Whether every revision is proven again now; otherwise the page says that it is not proven.
-        progress: Receives the stages.
-        known: What was found earlier about logs; new findings are added.
+    Revisions of ``bimvox watch`` next to it are in the page as well. With ``proven`` every revision is proven again
+    now. ``known``: what was found earlier about logs; new findings are added.
 
     Raises:
         LogFileError: If it is damaged or not a bimvox log.

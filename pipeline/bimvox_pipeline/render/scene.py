@@ -112,10 +112,7 @@ def film_of(log: PlanLog) -> Film:
 def moment_of(words: str, start_ns: int, end_ns: int) -> int:
     """Return a time on the site's clock from ``1:23:45``, ``12:30``, seconds, or a share such as ``40%``.
 
-    Args:
-        words: The time as given.
-        start_ns: The time of 0 %.
-        end_ns: The time of 100 %.
+    ``start_ns`` and ``end_ns`` are the times of 0 % and 100 %.
 
     Raises:
         InputError: If it is not a time, or out of range.
