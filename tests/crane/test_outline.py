@@ -6,7 +6,8 @@ import pytest
 from named_cranes import HAMMERHEADS, LUFFING_CRANES, MOBILE_CRANES, default_crane
 
 from bimvox.crane.kinematics import hook_of, joint_names, joints_of
-from bimvox.crane.links import urdf
+from bimvox.crane.links import links_of, urdf
+from bimvox.crane.outline import outline_of
 
 
 @pytest.mark.parametrize("crane", HAMMERHEADS, ids=lambda crane: crane.name)
@@ -75,3 +76,18 @@ def test_the_robot_puts_its_hook_where_the_crane_does(crane):
     hook = _hook_by_urdf(ET.fromstring(urdf(crane)), values)
     assert hook[:3, 3] == pytest.approx(hook_of(crane, *axes.T)[0], abs=1e-6)
     assert hook[:3, 2] == pytest.approx([0.0, 0.0, 1.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("crane", HAMMERHEADS, ids=lambda crane: crane.name)
+def test_the_strips_of_the_separation_contain_jib_and_counter_jib(crane):
+    outline, jib_m = outline_of(crane), crane.jib_height_m
+    solids = {box.name: box for boxes in links_of(crane).boxes.values() for box in boxes}
+    for name, reach_m, half_m, (low_m, high_m) in (
+        ("jib", outline.jib_end_m, outline.jib_half_m, outline.jib_m),
+        ("counter_jib", outline.tail_m, outline.tail_half_m, outline.tail_height_m),
+    ):
+        box = solids[name]
+        assert max(-box.low_m[0], box.high_m[0]) <= reach_m
+        assert max(-box.low_m[1], box.high_m[1]) <= half_m
+        assert low_m <= jib_m + box.low_m[2]
+        assert jib_m + box.high_m[2] <= high_m
