@@ -31,40 +31,118 @@ def gantt_chart(lifts: Sequence[dict[str, Any]]) -> str:
     timed = [lift for lift in lifts if lift["begins_s"] is not None]
     if not timed:
         return ""
-    return _chart(timed) if len(timed) <= LIFTS_A_CHART else _grouped_chart(timed)
+    if len(timed) > LIFTS_A_CHART:
+        return _grouped_chart(timed)
+    chart = _Chart(timed, _TOP + _ROW * len(timed) + 6.0)
+    chart.add_axis(timed)
+    for row, lift in enumerate(timed):
+        y, mark = _TOP + row * _ROW, "▲ " if lift["critical"] else ""
+        label = f"{mark}{lift['number']}  {named(lift)}"
+        spans = lift["phases"] or [["traverse", lift["begins_s"], lift["ends_s"]]]
+        bars = [
+            _label(label if len(label) <= 36 else label[:35] + "…", y, critical=bool(mark)),
+            *chart.phases(spans, y),
+        ]
+        words = f"Lift {lift['number']}, {named(lift)}: {clock(lift['begins_s'])} to {clock(lift['ends_s'])}"
+        chart.parts.append(element("g", element("title", escape(words)), *bars, data_order=lift["order"]))
+    return chart.svg(f"Gantt chart of lifts {timed[0]['number']} to {timed[-1]['number']}")
+
+
+def crane_chart(lifts: Sequence[dict[str, Any]], cranes: Sequence[str]) -> str:
+    """Return all lifts of several cranes, one row per named crane, as SVG; empty if no lift has a time."""
+    timed = [lift for lift in lifts if lift["begins_s"] is not None]
+    if not timed:
+        return ""
+    chart = _Chart(timed, _TOP + 1.5 * _ROW * len(cranes) + 6.0)
+    chart.add_axis(timed)
+    for number, name in enumerate(cranes):
+        y = _TOP + 1.5 * number * _ROW
+        chart.parts.append(_label(name[:36], y))
+        for lift in timed:
+            if lift["crane"] == number:
+                chart.parts += chart.phases(lift["phases"], y)
+    return chart.svg(f"Gantt chart of {len(cranes)} cranes")
 
 
 def _grouped_chart(lifts: Sequence[dict[str, Any]]) -> str:
     rows, days = _rows_of(lifts), _days_of(lifts)
     top = _TOP + (_ROW if days else 0.0)
-    height = top + _ROW * len(rows) + 6.0
-    low, high = min(lift["begins_s"] for lift in lifts), max(lift["ends_s"] for lift in lifts)
-    scale = (_WIDTH - _LEFT - _RIGHT) / max(high - low, 1e-9)
-    parts = _days(days, low, scale, height) if days else _axis(lifts, height)[2]
+    chart = _Chart(lifts, top + _ROW * len(rows) + 6.0)
+    if days:
+        chart.add_days(days)
+    else:
+        chart.add_axis(lifts)
     for n, (label, own) in enumerate(rows):
         y = top + n * _ROW
         first, last = min(lift["begins_s"] for lift in own), max(lift["ends_s"] for lift in own)
         mark = "▲ " if any(lift["critical"] for lift in own) else ""
-        words = f"{mark}{label}: {len(own)}"
-        bars = [text(words[:40], _LEFT - 8.0, y + 9.5, text_anchor="end", class_="label critical" if mark else "label")]
-        bars.append(_bar_between(first, last, "empty", low, scale, y))
-        bars += [_bar_between(*span, "carrying", low, scale, y) for span in _touching(own, 1.0 / scale)]
+        bars = [_label(f"{mark}{label}: {len(own)}"[:40], y, critical=bool(mark))]
+        bars.append(chart.bar("empty", first, last, y, 5.5))
+        bars += [chart.bar("carrying", *span, y, 2.0) for span in _touching(own, 1.0 / chart.scale)]
         title = element("title", escape(f"{label}: {len(own)} lifts, {clock(first)} to {clock(last)}"))
-        parts.append(element("g", title, *bars, data_lifts=len(own)))
-    return picture(_WIDTH, height, f"Gantt chart of {len(lifts)} lifts by storey and class", parts, "gantt")
+        chart.parts.append(element("g", title, *bars, data_lifts=len(own)))
+    return chart.svg(f"Gantt chart of {len(lifts)} lifts by storey and class")
 
 
-def _bar_between(start: float, end: float, class_: str, low: float, scale: float, y: float) -> str:
-    inset = {"carrying": 2.0, "empty": 5.5}[class_]
-    width = max((end - start) * scale, 0.4)
-    return element(
-        "rect",
-        x=_LEFT + (start - low) * scale,
-        y=y + inset,
-        width=width,
-        height=_ROW - 1.0 - 2.0 * inset,
-        class_=class_,
-    )
+def _label(words: str, y: float, *, critical: bool = False) -> str:
+    """Return the name of a row."""
+    return text(words, _LEFT - 8.0, y + 9.5, text_anchor="end", class_="label critical" if critical else "label")
+
+
+class _Chart:
+    """A chart of timed lifts, as high as its rows: the scale of its time, and what is drawn."""
+
+    def __init__(self, lifts: Sequence[dict[str, Any]], height: float) -> None:
+        self.low = float(min(lift["begins_s"] for lift in lifts))
+        self.high = float(max(lift["ends_s"] for lift in lifts))
+        self.scale: float = (_WIDTH - _LEFT - _RIGHT) / max(self.high - self.low, 1e-9)
+        self.height, self.parts = height, list[str]()
+
+    def x(self, at_s: float) -> float:
+        return _LEFT + (at_s - self.low) * self.scale
+
+    def bar(self, kind: str, start_s: float, end_s: float, y: float, inset: float) -> str:
+        width, height = max((end_s - start_s) * self.scale, 0.4), _ROW - 1.0 - 2.0 * inset
+        return element("rect", x=self.x(start_s), y=y + inset, width=width, height=height, class_=kind)
+
+    def phases(self, spans: Sequence[Sequence[Any]], y: float) -> list[str]:
+        """Return the bars of a lift's phases, in three heights."""
+        insets = {"carrying": 1.0, "handling": 2.5, "empty": 4.5}
+        return [self.bar(kind, start, end, y, insets[kind]) for kind, start, end in _joined(spans)]
+
+    def add_axis(self, lifts: Sequence[dict[str, Any]]) -> None:
+        """Draw round times; with dates the local times at which lifts start: nights and breaks have no width."""
+        if not lifts[0].get("begins_at"):
+            for at_s in ticks(self.low, self.high, 9, _STEPS_S):
+                self._rule(self.x(at_s), clock(at_s))
+            return
+        last_x, day = -_WIDTH, ""
+        for lift in sorted(lifts, key=lambda one: float(one["begins_s"])):
+            at, x = datetime.fromisoformat(lift["begins_at"]), self.x(lift["begins_s"])
+            if x - last_x >= _DATE_WIDTH:
+                words = f"{at:%H:%M}" if day == f"{at.date()}" else f"{at:%a} {at.day} {at:%b %H:%M}"
+                last_x, day = x, f"{at.date()}"
+                self._rule(x, words)
+
+    def add_days(self, days: Sequence[tuple[str, float, int]]) -> None:
+        """Draw a line where each day begins, with its date and its number of lifts where there is room."""
+        self.parts.append(text("lifts a day", _LEFT - 8.0, _TOP + 4.0, text_anchor="end", class_="tick"))
+        last_x = -_WIDTH
+        for day, begins_s, count in days:
+            x = self.x(begins_s)
+            self._rule(x)
+            if x - last_x >= _DAY_WIDTH:
+                at, last_x = datetime.fromisoformat(day), x
+                self.parts.append(text(f"{at:%a} {at.day} {at:%b}", x + 2.0, _TOP - 9.0, class_="tick"))
+                self.parts.append(text(f"{count}", x + 2.0, _TOP + 4.0, class_="tick"))
+
+    def _rule(self, x: float, words: str = "") -> None:
+        self.parts.append(element("line", x1=x, x2=x, y1=_TOP - 5.0, y2=self.height - 4.0, class_="grid"))
+        if words:
+            self.parts.append(text(words, x, _TOP - 9.0, text_anchor="middle", class_="tick"))
+
+    def svg(self, title: str) -> str:
+        return picture(_WIDTH, self.height, title, self.parts, "gantt")
 
 
 def _touching(lifts: Sequence[dict[str, Any]], gap_s: float) -> list[tuple[float, float]]:
@@ -76,95 +154,6 @@ def _touching(lifts: Sequence[dict[str, Any]], gap_s: float) -> list[tuple[float
         else:
             joined.append((lift["begins_s"], lift["ends_s"]))
     return joined
-
-
-def _days(days: Sequence[tuple[str, float, int]], low: float, scale: float, height: float) -> list[str]:
-    """Return a line where each day begins, with its date and its number of lifts where there is room."""
-    parts = [text("lifts a day", _LEFT - 8.0, _TOP + 4.0, text_anchor="end", class_="tick")]
-    last_x = -_WIDTH
-    for day, begins_s, count in days:
-        x = _LEFT + (begins_s - low) * scale
-        parts.append(element("line", x1=x, x2=x, y1=_TOP - 5.0, y2=height - 4.0, class_="grid"))
-        if x - last_x >= _DAY_WIDTH:
-            at = datetime.fromisoformat(day)
-            parts.append(text(f"{at:%a} {at.day} {at:%b}", x + 2.0, _TOP - 9.0, class_="tick"))
-            parts.append(text(f"{count}", x + 2.0, _TOP + 4.0, class_="tick"))
-            last_x = x
-    return parts
-
-
-def crane_chart(lifts: Sequence[dict[str, Any]], cranes: Sequence[str]) -> str:
-    """Return all lifts of several cranes, one row per named crane, as SVG; empty if no lift has a time."""
-    timed = [lift for lift in lifts if lift["begins_s"] is not None]
-    if not timed:
-        return ""
-    height = _TOP + 1.5 * _ROW * len(cranes) + 6.0
-    low, scale, parts = _axis(timed, height)
-    for number, name in enumerate(cranes):
-        y = _TOP + 1.5 * number * _ROW
-        parts.append(text(name[:36], _LEFT - 8.0, y + 9.5, text_anchor="end", class_="label"))
-        for lift in timed:
-            if lift["crane"] == number:
-                parts += _rectangles(lift["phases"], low, scale, y)
-    return picture(_WIDTH, height, f"Gantt chart of {len(cranes)} cranes", parts, "gantt")
-
-
-def _axis(lifts: Sequence[dict[str, Any]], height: float) -> tuple[float, float, list[str]]:
-    """Return the start of the lifts' time axis in seconds, units per second, and the axis."""
-    low, high = min(lift["begins_s"] for lift in lifts), max(lift["ends_s"] for lift in lifts)
-    scale = (_WIDTH - _LEFT - _RIGHT) / max(high - low, 1e-9)
-    parts: list[str] = []
-    if lifts[0].get("begins_at"):
-        return low, scale, _dated(lifts, low, scale, height)
-    for at in ticks(low, high, 9, _STEPS_S):
-        x = _LEFT + (at - low) * scale
-        parts.append(element("line", x1=x, x2=x, y1=_TOP - 5.0, y2=height - 4.0, class_="grid"))
-        parts.append(text(clock(at), x, _TOP - 9.0, text_anchor="middle", class_="tick"))
-    return low, scale, parts
-
-
-def _dated(lifts: Sequence[dict[str, Any]], low: float, scale: float, height: float) -> list[str]:
-    """Return an axis with the local times at which lifts start; nights and breaks have no width."""
-    parts: list[str] = []
-    last_x, day = -_WIDTH, ""
-    for lift in sorted(lifts, key=lambda one: float(one["begins_s"])):
-        at, x = datetime.fromisoformat(lift["begins_at"]), _LEFT + (lift["begins_s"] - low) * scale
-        if x - last_x < _DATE_WIDTH:
-            continue
-        words = f"{at:%H:%M}" if day == f"{at.date()}" else f"{at:%a} {at.day} {at:%b %H:%M}"
-        last_x, day = x, f"{at.date()}"
-        parts.append(element("line", x1=x, x2=x, y1=_TOP - 5.0, y2=height - 4.0, class_="grid"))
-        parts.append(text(words, x, _TOP - 9.0, text_anchor="middle", class_="tick"))
-    return parts
-
-
-def _chart(lifts: Sequence[dict[str, Any]]) -> str:
-    height = _TOP + _ROW * len(lifts) + 6.0
-    low, scale, parts = _axis(lifts, height)
-    parts += [_bar(lift, low, scale, _TOP + row * _ROW) for row, lift in enumerate(lifts)]
-    first, last = lifts[0]["number"], lifts[-1]["number"]
-    return picture(_WIDTH, height, f"Gantt chart of lifts {first} to {last}", parts, "gantt")
-
-
-def _bar(lift: dict[str, Any], low: float, scale: float, y: float) -> str:
-    mark = "▲ " if lift["critical"] else ""
-    label = f"{mark}{lift['number']}  {named(lift)}"
-    label = label if len(label) <= 36 else label[:35] + "…"
-    spans = lift["phases"] or [["traverse", lift["begins_s"], lift["ends_s"]]]
-    parts = [text(label, _LEFT - 8.0, y + 9.5, text_anchor="end", class_="label critical" if mark else "label")]
-    parts += _rectangles(spans, low, scale, y)
-    words = f"Lift {lift['number']}, {named(lift)}: {clock(lift['begins_s'])} to {clock(lift['ends_s'])}"
-    title = element("title", escape(words))
-    return element("g", title, *parts, data_order=lift["order"])
-
-
-def _rectangles(spans: Sequence[Sequence[Any]], low: float, scale: float, y: float) -> list[str]:
-    parts = []
-    for name, start, end in _joined(spans):
-        inset = {"carrying": 1.0, "handling": 2.5, "empty": 4.5}[name]
-        x, width, height = _LEFT + (start - low) * scale, max((end - start) * scale, 0.4), _ROW - 1.0 - 2.0 * inset
-        parts.append(element("rect", x=x, y=y + inset, width=width, height=height, class_=name))
-    return parts
 
 
 def _joined(spans: Sequence[Sequence[Any]]) -> list[tuple[str, float, float]]:
