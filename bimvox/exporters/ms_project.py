@@ -13,6 +13,7 @@ from bimvox.exporters.text import for_xml
 
 NAMESPACE = "http://schemas.microsoft.com/project"
 
+_GLOBAL_ID_FIELD = "188743731"  # Text1 of a task
 _ELAPSED_MINUTES = "4"  # of DurationFormat: elapsed time, not working hours
 _FINISH_TO_FINISH = "0"
 _FINISH_TO_START = "1"
@@ -40,38 +41,34 @@ def to_ms_project(schedule: LiftSchedule) -> bytes:
     project = ElementTree.Element(f"{{{NAMESPACE}}}Project")
     _fill(
         project,
-        {
-            "SaveVersion": "14",
-            "Name": schedule.name,
-            "Title": f"Lifts of {schedule.name}",
-            "ScheduleFromStart": "1",
-            "StartDate": schedule.starts.isoformat(),
-            "FinishDate": schedule.finishes.isoformat(),
-            "CalendarUID": _CALENDAR,
-            "MinutesPerDay": str(day_min),
-            "MinutesPerWeek": str(day_min * week_days),
-            "DaysPerMonth": str(round(week_days * 30 / 7)),
-            "DurationFormat": _ELAPSED_MINUTES,
-        },
+        SaveVersion="14",
+        Name=schedule.name,
+        Title=f"Lifts of {schedule.name}",
+        ScheduleFromStart="1",
+        StartDate=schedule.starts.isoformat(),
+        FinishDate=schedule.finishes.isoformat(),
+        CalendarUID=_CALENDAR,
+        MinutesPerDay=str(day_min),
+        MinutesPerWeek=str(day_min * week_days),
+        DaysPerMonth=str(round(week_days * 30 / 7)),
+        DurationFormat=_ELAPSED_MINUTES,
     )
-    attribute = _child(_child(project, "ExtendedAttributes"), "ExtendedAttribute")
-    _fill(attribute, {"FieldID": "188743731", "FieldName": "Text1", "Alias": "GlobalId"})
-    _calendar(_child(_child(project, "Calendars"), "Calendar"), schedule)
+    attributes = _add(project, "ExtendedAttributes")
+    _add(attributes, "ExtendedAttribute", FieldID=_GLOBAL_ID_FIELD, FieldName="Text1", Alias="GlobalId")
+    _calendar(_add(project, "Calendars"), schedule)
     lags = {"LagFormat": _ELAPSED_MINUTES} if schedule.dates else {}
     first_uid = len(schedule.tasks) + 1
     preparing = {first_uid + n: one for n, one in enumerate(schedule.preparations)}
-    tasks = _child(project, "Tasks")
+    tasks = _add(project, "Tasks")
     for row, one in enumerate(_rows(schedule, preparing)):
         entry = _task(tasks, row, one)
         if isinstance(one.task, LiftTask):
-            _fill(entry, {"Notes": one.task.description})
+            _fill(entry, Notes=one.task.description)
         for before, kind, gap in _links(schedule, preparing, one):
             lag = int(gap.total_seconds() * _TENTHS_OF_MINUTES / 60)
-            link = _child(entry, "PredecessorLink")
-            _fill(link, {"PredecessorUID": str(before), "Type": kind, "LinkLag": str(lag), **lags})
+            _add(entry, "PredecessorLink", PredecessorUID=str(before), Type=kind, LinkLag=str(lag), **lags)
         if isinstance(one.task, LiftTask):
-            value = _child(entry, "ExtendedAttribute")
-            _fill(value, {"FieldID": "188743731", "Value": one.task.global_id})
+            _add(entry, "ExtendedAttribute", FieldID=_GLOBAL_ID_FIELD, Value=one.task.global_id)
     _resources(project, schedule, preparing)
     ElementTree.indent(project, " ")
     written: bytes = ElementTree.tostring(project, encoding="utf-8", xml_declaration=True)
@@ -133,48 +130,41 @@ def _task(tasks: ElementTree.Element, number: int, row: _Row) -> ElementTree.Ele
     start, finish = row.times
     length = finish - start if work_s is None else timedelta(seconds=round(work_s))
     dates = {"Start": start.isoformat(), "Finish": finish.isoformat(), "Duration": duration_text(length)}
-    entry = _child(tasks, "Task")
-    _fill(
-        entry,
-        {
-            "UID": str(row.uid),
-            "ID": str(number),
-            "Name": name,
-            "Type": _FIXED_DURATION,
-            "IsNull": "0",
-            "OutlineLevel": str(row.level),
-            **dates,
-            **{f"Manual{key}": value for key, value in dates.items()},
-            "DurationFormat": _ELAPSED_MINUTES if work_s is None else _MINUTES,
-            "Milestone": "0",
-            "Summary": str(int(row.task is None)),
-            "ConstraintType": "0",
-        },
+    return _add(
+        tasks,
+        "Task",
+        UID=str(row.uid),
+        ID=str(number),
+        Name=name,
+        Type=_FIXED_DURATION,
+        IsNull="0",
+        OutlineLevel=str(row.level),
+        **dates,
+        **{f"Manual{key}": value for key, value in dates.items()},
+        DurationFormat=_ELAPSED_MINUTES if work_s is None else _MINUTES,
+        Milestone="0",
+        Summary=str(int(row.task is None)),
+        ConstraintType="0",
     )
-    return entry
 
 
-def _calendar(calendar: ElementTree.Element, schedule: LiftSchedule) -> None:
+def _calendar(calendars: ElementTree.Element, schedule: LiftSchedule) -> None:
     hours = schedule.dates.calendar.hours if schedule.dates else None
     name = "Site" if hours else "Round the clock"
-    _fill(calendar, {"UID": _CALENDAR, "Name": name, "IsBaseCalendar": "1"})
-    days = _child(calendar, "WeekDays")
+    calendar = _add(calendars, "Calendar", UID=_CALENDAR, Name=name, IsBaseCalendar="1")
+    days = _add(calendar, "WeekDays")
     for day in range(1, 8):  # from Sunday on
         spans = hours.of_weekday((day + 5) % 7) if hours else ((0, 1440),)
-        entry = _child(days, "WeekDay")
-        _fill(entry, {"DayType": str(day), "DayWorking": "1" if spans else "0"})
-        times = _child(entry, "WorkingTimes") if spans else entry
+        entry = _add(days, "WeekDay", DayType=str(day), DayWorking="1" if spans else "0")
+        times = _add(entry, "WorkingTimes") if spans else entry
         for low, high in spans:
-            time = _child(times, "WorkingTime")
-            _fill(time, {"FromTime": time_text(low), "ToTime": time_text(high)})
+            _add(times, "WorkingTime", FromTime=time_text(low), ToTime=time_text(high))
     free = hours.free_days(schedule.starts.date(), schedule.finishes.date()) if hours else ()
-    exceptions = _child(calendar, "Exceptions") if free else calendar
+    exceptions = _add(calendar, "Exceptions") if free else calendar
     for day_off in free:
-        exception = _child(exceptions, "Exception")
-        period = {"FromDate": f"{day_off}T00:00:00", "ToDate": f"{day_off}T23:59:00"}
-        _fill(exception, {"EnteredByOccurrences": "0"})
-        _fill(_child(exception, "TimePeriod"), period)
-        _fill(exception, {"Occurrences": "1", "Name": "No work", "Type": "1", "DayWorking": "0"})
+        exception = _add(exceptions, "Exception", EnteredByOccurrences="0")
+        _add(exception, "TimePeriod", FromDate=f"{day_off}T00:00:00", ToDate=f"{day_off}T23:59:00")
+        _fill(exception, Occurrences="1", Name="No work", Type="1", DayWorking="0")
 
 
 def _resources(project: ElementTree.Element, schedule: LiftSchedule, preparing: Mapping[int, Preparation]) -> None:
@@ -183,14 +173,13 @@ def _resources(project: ElementTree.Element, schedule: LiftSchedule, preparing: 
     crews = list(dict.fromkeys(task.crew for _, task in working if task.crew is not None))
     if not schedule.cranes and not crews:
         return
-    resources = _child(project, "Resources")
+    resources = _add(project, "Resources")
     for number, crane in enumerate(schedule.cranes, start=1):
-        resource = _child(resources, "Resource")
-        _fill(resource, {"UID": str(number), "ID": str(number), "Name": crane.name, "Type": _EQUIPMENT})
+        _add(resources, "Resource", UID=str(number), ID=str(number), Name=crane.name, Type=_EQUIPMENT)
     for number, crew in enumerate(crews, start=len(schedule.cranes) + 1):
         units = {"Type": _EQUIPMENT, "MaxUnits": f"{crew.people:g}"}
-        _fill(_child(resources, "Resource"), {"UID": str(number), "ID": str(number), "Name": crew.name, **units})
-    assignments = _child(project, "Assignments")
+        _add(resources, "Resource", UID=str(number), ID=str(number), Name=crew.name, **units)
+    assignments = _add(project, "Assignments")
     uids = count(1)
     for uid, task in working:
         times = schedule.times(task)
@@ -211,24 +200,26 @@ def _assign(
     units: float,
 ) -> None:
     task, resource = task_and_resource
-    _fill(
-        _child(assignments, "Assignment"),
-        {
-            "UID": str(number),
-            "TaskUID": str(task),
-            "ResourceUID": str(resource),
-            "Start": times[0].isoformat(),
-            "Finish": times[1].isoformat(),
-            "Units": f"{units:g}",
-            "Work": duration_text(length * units),
-        },
+    _add(
+        assignments,
+        "Assignment",
+        UID=str(number),
+        TaskUID=str(task),
+        ResourceUID=str(resource),
+        Start=times[0].isoformat(),
+        Finish=times[1].isoformat(),
+        Units=f"{units:g}",
+        Work=duration_text(length * units),
     )
 
 
-def _child(parent: ElementTree.Element, name: str) -> ElementTree.Element:
-    return ElementTree.SubElement(parent, f"{{{NAMESPACE}}}{name}")
+def _add(parent: ElementTree.Element, tag: str, /, **values: str) -> ElementTree.Element:
+    """Return a new element in another one, with these values in it."""
+    child = ElementTree.SubElement(parent, f"{{{NAMESPACE}}}{tag}")
+    _fill(child, **values)
+    return child
 
 
-def _fill(parent: ElementTree.Element, values: dict[str, str]) -> None:
+def _fill(parent: ElementTree.Element, /, **values: str) -> None:
     for name, value in values.items():
-        _child(parent, name).text = for_xml(value)
+        ElementTree.SubElement(parent, f"{{{NAMESPACE}}}{name}").text = for_xml(value)
