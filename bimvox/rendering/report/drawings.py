@@ -8,7 +8,7 @@ from typing import Any
 from bimvox.rendering.report.html import element, number, paragraph, row, section, table, tag, text
 from bimvox.rendering.report.plan_view import FIRST, ZONES, frame_box, plan_view, stored_box, storey_words
 from bimvox.rendering.report.sheet import Sheet, drawn, grid, label, line, scale_bar, sheet_for, tip
-from bimvox.rendering.report.words import fixed, in_ranges
+from bimvox.rendering.report.words import fixed, ranges
 from bimvox.rendering.words import escape
 
 _MOST_PX = (1030.0, 300.0)
@@ -185,7 +185,7 @@ def _label(sheet: Sheet, group: Sequence[dict[str, Any]], n: int) -> str:
     x, y = sheet.at((x, y))
     turned = f"rotate(-90 {x:.2f} {y:.2f})" if stands else None
     return text(
-        in_ranges(one["number"] for one in group),
+        ", ".join(ranges(one["number"] for one in group)),
         x,
         y + _DOWN_PX,
         class_="halo",

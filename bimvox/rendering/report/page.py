@@ -22,7 +22,7 @@ from bimvox.rendering.report.rigging import rigging
 from bimvox.rendering.report.sheet import shortened
 from bimvox.rendering.report.statement import statement, title_block
 from bimvox.rendering.report.support import support, survey
-from bimvox.rendering.report.words import fixed, in_ranges, named
+from bimvox.rendering.report.words import fixed, named, ranges
 from bimvox.rendering.words import counted, escape
 
 
@@ -261,7 +261,7 @@ def _parts(equal: Sequence[dict[str, Any]], lifts: Sequence[dict[str, Any] | Non
         for remark, lift in zip(equal, lifts, strict=True)
     ]
     shown, rest = names[:_NAMED], lifts[_NAMED:]
-    numbers = in_ranges(lift["number"] for lift in rest if lift is not None)
+    numbers = ", ".join(ranges(lift["number"] for lift in rest if lift is not None))
     more = f" and {len(rest)} more" + (f" ({numbers})" if numbers else "") if rest else ""
     count = number(len(equal), counted(len(equal), "part"), "parts")
     return f"<b>{count}</b>: {escape(', '.join(map(shortened, shown)) + more)}"

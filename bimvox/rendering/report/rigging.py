@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from bimvox.rendering.report.html import element, number, paragraph, picture, row, section, table, tag, text
-from bimvox.rendering.report.words import fixed, percent, tonnes
+from bimvox.rendering.report.words import fixed, percent, ranges, tonnes
 from bimvox.rendering.words import counted, escape
 
 _LISTED = 30
@@ -140,13 +140,7 @@ def _of_limit(part: dict[str, Any]) -> str:
 
 def _numbers(numbers: Sequence[int]) -> str:
     """Return how many lifts, and their numbers as ranges."""
-    spans: list[list[int]] = []
-    for one in sorted(numbers):
-        if spans and one == spans[-1][1] + 1:
-            spans[-1][1] = one
-        else:
-            spans.append([one, one])
-    words = [str(a) if a == b else f"{a} to {b}" for a, b in spans]
+    words = ranges(sorted(numbers))
     more = f" and {len(words) - _LISTED} more" if len(words) > _LISTED else ""
     return f"{len(numbers)}: {', '.join(words[:_LISTED])}{more}"
 

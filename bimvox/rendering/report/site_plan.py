@@ -25,7 +25,7 @@ from bimvox.site.component import Component
 from bimvox.site.map_frame import map_of_model
 from bimvox.site.site import Blocker, Site
 
-_GEOREFERENCE = "georeference"
+GEOREFERENCE = "georeference"
 """Key of a log's metadata: the model's map conversion as JSON."""
 
 
@@ -44,8 +44,8 @@ def drawing_of(revision: Revision) -> dict[str, Any]:
     building = union(hull(component.mesh, PLAN) for component in site.components)
     yard, storeys = _columns(site, site.yard), storeys_of(site.components)
     areas, (below, falling) = _areas(site, yard), _hanging(revision)
-    stated = revision.metadata.get(_GEOREFERENCE, "")
-    given = _georeference(stated)
+    stated = revision.metadata.get(GEOREFERENCE, "")
+    given = georeference_of(stated)
     return {
         "extent_m": [rounded(low), rounded(high)],
         "north": north_of(given, site.site_to_ifc),
@@ -138,7 +138,7 @@ def _hanging(revision: Revision) -> tuple[BaseGeometry, BaseGeometry]:
     return union(below_load(site, track) for track in tracks), union(fall_zone(site, track) for track in tracks)
 
 
-def _georeference(stated: str) -> dict[str, Any]:
+def georeference_of(stated: str) -> dict[str, Any]:
     """Return the model's map conversion as a log states it; empty if it is damaged."""
     with suppress(ValueError):
         loaded = json.loads(stated or "{}")

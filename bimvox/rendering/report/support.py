@@ -12,9 +12,7 @@ The method is static, without dynamic factors, wind on the crane, and load cases
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +21,7 @@ import numpy as np
 from bimvox.crane.outline import CraneOutline, outline_of
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
+from bimvox.rendering.report.site_plan import GEOREFERENCE, georeference_of
 from bimvox.rendering.report.words import fixed
 from bimvox.rendering.words import escape
 from bimvox.site.config.project import SupportConfig
@@ -153,8 +152,6 @@ def _ties(one: dict[str, Any]) -> str:
 
 # What a surveyor sets out: cranes, yard, construction area and zones in map coordinates.
 
-_GEOREFERENCE = "georeference"
-"""Key of a log's metadata: the model's map conversion as JSON."""
 _ZONE = {
     "prohibited": "no hook above",
     "no_load": "no load above",
@@ -171,17 +168,15 @@ def survey_of(revision: Revision, areas: dict[str, Any]) -> dict[str, Any] | Non
     ``areas``: the outlines of the drawing, for areas that the site file leaves to be chosen.
     """
     site = revision.plan.site
-    to_map = map_of_model(revision.metadata.get(_GEOREFERENCE, ""), site.source)
+    stated = revision.metadata.get(GEOREFERENCE, "")
+    to_map = map_of_model(stated, site.source)
     if to_map is None:
         return None
     config = revision.config or SiteConfig(model=ModelConfig(path=Path("model")))
     chosen = {"yard": areas.get("yard"), "construction": next(iter(areas.get("construction", ())), None)}
     missing = {key: value for key, value in chosen.items() if getattr(config.areas, key) is None}
     config = config.model_copy(update={"areas": config.areas.model_copy(update=missing)})
-    crs = None
-    with suppress(ValueError, AttributeError):
-        crs = json.loads(revision.metadata[_GEOREFERENCE]).get("crs")
-    return {"crs": crs, **set_out(config, site.cranes, site.site_to_ifc, to_map)}
+    return {"crs": georeference_of(stated).get("crs"), **set_out(config, site.cranes, site.site_to_ifc, to_map)}
 
 
 def survey(record: dict[str, Any]) -> str:

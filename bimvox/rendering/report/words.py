@@ -93,15 +93,15 @@ def tonnes(kg: float) -> str:
     return fixed(kg / 1000.0, 3 if abs(kg) < 999.5 else 2 if abs(kg) < 99_995.0 else 1)
 
 
-def in_ranges(numbers: Iterable[int]) -> str:
-    """Return numbers, those that follow each other as a range: ``3, 5 to 8``."""
+def ranges(numbers: Iterable[int]) -> list[str]:
+    """Return ascending numbers, those that follow each other as a range: ``3``, ``5 to 8``."""
     runs: list[list[int]] = []
     for one in numbers:
         if runs and one == runs[-1][-1] + 1:
             runs[-1].append(one)
         else:
             runs.append([one])
-    return ", ".join(str(run[0]) if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs)
+    return [str(run[0]) if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs]
 
 
 def named(lift: dict[str, Any]) -> str:
