@@ -12,7 +12,7 @@ import numpy as np
 from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.bim.site_frame import is_about_place
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.errors import enumerated
+from bimvox.errors import enumerated, listed
 from bimvox.proof.over_time import not_current
 from bimvox.records.lift import NOT_ITS_CELLS, Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
@@ -50,7 +50,7 @@ def conditions_of(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collec
     if plan.site.cranes:
         every += _of_the_lifts(plan, motions)
     return tuple(
-        text if about is None else f"{text}: {_names([labels.get(one, one) for one in about])}"
+        text if about is None else f"{text}: {listed((labels.get(one, one) for one in about), _NAMED)}"
         for about, text in every
         if about is None or about
     )
@@ -148,12 +148,6 @@ def _degrees(motions: Iterable[LiftMotion]) -> list[float]:
 
 def _middle(ascending: Sequence[float]) -> float:
     return ascending[len(ascending) // 2]
-
-
-def _names(labels: Sequence[str]) -> str:
-    """Return the first names of a list, and how many more there are."""
-    more = f" and {len(labels) - _NAMED:,} more" if len(labels) > _NAMED else ""
-    return ", ".join(labels[:_NAMED]) + more
 
 
 _MOST_REASONS = 4

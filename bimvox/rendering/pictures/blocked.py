@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.errors import listed
 from bimvox.records.lift import Lift, Status
 from bimvox.rendering.colours import ASSEMBLED, IN_THE_WAY, START_BOX, TARGET_BOX, UNBUILT
 from bimvox.rendering.pictures.camera import View
@@ -57,7 +58,7 @@ def scene_of_blocked(site: Site, lifts: Sequence[Lift], blocked: Sequence[Lift])
         canvas.paint(stored_cells(lift), UNBUILT)
     red = [canvas.paint(cells, IN_THE_WAY, over=True) for cells in in_the_way]
     starts = [(lift.place.shape, lift.place.cell_vox) for lift in stored if lift.place is not None]
-    cranes = site_cranes(site)
+    cranes, names = site_cranes(site), {part.id: part.name or part.id for part in site.components}
     strokes = (
         *cranes.strokes,
         boxes_strokes(site, starts, START_BOX),
@@ -76,7 +77,11 @@ def scene_of_blocked(site: Site, lifts: Sequence[Lift], blocked: Sequence[Lift])
         legend=(
             *site_legend(site),
             *([LegendEntry(f"assembled ({len(placed)})", ASSEMBLED)] if placed else []),
-            *([LegendEntry(f"in the way: {_named(site, ids)}", IN_THE_WAY)] if in_the_way else []),
+            *(
+                [LegendEntry(f"in the way: {listed((names.get(name, name) for name in ids), 3)}", IN_THE_WAY)]
+                if in_the_way
+                else []
+            ),
             *([LegendEntry("not placed itself", IN_THE_WAY, Swatch.BOX)] if waiting else []),
             *([LegendEntry("waits", UNBUILT)] if stored else []),
             *([LegendEntry("start", START_BOX, Swatch.BOX)] if stored else []),
@@ -173,12 +178,6 @@ def _best_view(site: Site, scene: Scene, places: Sequence[Cells], red: Sequence[
         if worth > 1.05 * most:
             best, most = view, worth
     return best
-
-
-def _named(site: Site, ids: Sequence[str]) -> str:
-    names = {component.id: component.name or component.id for component in site.components}
-    words = [names.get(name, name) for name in ids[:3]]
-    return ", ".join(words) + (f" and {len(ids) - 3} more" if len(ids) > 3 else "")
 
 
 def _title(parts: Sequence[Component]) -> str:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from bimvox.errors import listed
 from bimvox.rendering.report.html import element, number, paragraph, picture, row, section, table, tag, text
 from bimvox.rendering.report.words import fixed, percent, ranges, tonnes
 from bimvox.rendering.words import counted, escape
@@ -140,9 +141,7 @@ def _of_limit(part: dict[str, Any]) -> str:
 
 def _numbers(numbers: Sequence[int]) -> str:
     """Return how many lifts, and their numbers as ranges."""
-    words = ranges(sorted(numbers))
-    more = f" and {len(words) - _LISTED} more" if len(words) > _LISTED else ""
-    return f"{len(numbers)}: {', '.join(words[:_LISTED])}{more}"
+    return f"{len(numbers)}: {listed(ranges(sorted(numbers)), _LISTED)}"
 
 
 def _figure(one: dict[str, Any]) -> str:

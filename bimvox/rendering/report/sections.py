@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from bimvox.errors import listed
 from bimvox.rendering.report.gantt import crane_chart, gantt_chart
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
 from bimvox.rendering.report.lifts import critical_first, lift_table, words_of_lifts
@@ -240,8 +241,6 @@ def deliveries(record: dict[str, Any]) -> str:
     rows = []
     for group in groups:
         orders = group["orders"]
-        parts = ", ".join(names[order] for order in orders[:_LISTED])
-        more = f" and {len(orders) - _LISTED} more" if len(orders) > _LISTED else ""
         when = "–" if group["begins_s"] is None else f"{clock(group['begins_s'])} to {clock(group['ends_s'])}"
         rows.append(
             row(
@@ -252,7 +251,7 @@ def deliveries(record: dict[str, Any]) -> str:
                     *([escape(group["arrives"] or "–")] if dated else []),
                     when,
                     *(str(group[name] or "–") for name in stored),
-                    escape(parts + more),
+                    escape(listed((names[order] for order in orders), _LISTED)),
                 ]
             )
         )

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from bimvox.crane.outline import CraneOutline, outline_of
+from bimvox.errors import listed
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
 from bimvox.rendering.report.site_plan import GEOREFERENCE, georeference_of
@@ -286,7 +287,5 @@ def _one(one: dict[str, Any]) -> str:
     words = f"{begins}. No load, hook up, {park}, free to slew: the circle of {circle} must be free above z {low}"
     if not one["meets"]:
         return f"{words}; no part, obstruction, structure or other crane of this plan reaches into it"
-    names = ", ".join(escape(name) for name in one["meets"][:_NAMED])
-    more = f" and {len(one['meets']) - _NAMED} more" if len(one["meets"]) > _NAMED else ""
     meets = "check at that radius" if one["kind"] == "luffing" else "not free to slew"
-    return f"{words}. <b>✕ {meets}: {names}{more}</b>"
+    return f"{words}. <b>✕ {meets}: {escape(listed(one['meets'], _NAMED))}</b>"
