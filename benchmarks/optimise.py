@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from bimvox_pipeline.fleet.command import fleet
 from bimvox_pipeline.fleet.runs import FAILED, Wish, runs_of
-from bimvox_pipeline.optimise.optimise import optimise
+from bimvox_pipeline.optimise import optimise
 from bimvox_pipeline.site import init
 from bimvox_pipeline.studio.opened import Opened, open_site
 from bimvox_pipeline.studio.saving import save

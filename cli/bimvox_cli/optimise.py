@@ -68,8 +68,8 @@ def optimise(
     sites are searched in parallel: one table and one page of all.
     """
     from bimvox_pipeline.fleet.schedule import Execution
-    from bimvox_pipeline.optimise.many_sites import optimise_all
-    from bimvox_pipeline.optimise.optimise import optimise as optimise_one
+    from bimvox_pipeline.optimise import optimise as optimise_one
+    from bimvox_pipeline.optimise import optimise_all
 
     from bimvox.library.set_up_search.set_up import Effort
 

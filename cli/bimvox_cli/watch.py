@@ -17,7 +17,7 @@ from bimvox_cli.options import PolicyId, Programme, Seed, Steps, Train, command,
 from bimvox_cli.output import Output, console_on
 
 if TYPE_CHECKING:
-    from bimvox_cli.watch_table import WatchTable
+    from bimvox_cli.live import WatchTable
 
 _NAMED = 3
 _PLAN_STAYS = ("rejected", "missing", "failed")
@@ -138,7 +138,7 @@ class _Shown:
         if not self._wanted:
             return False
         if self._table is None:
-            from bimvox_cli.watch_table import WatchTable
+            from bimvox_cli.live import WatchTable
 
             output.progress.finish()
             self._table = WatchTable(console_on(sys.stdout), self._name)

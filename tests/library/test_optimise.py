@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from bimvox_pipeline.optimise.optimise import set_up
+from bimvox_pipeline.optimise import set_up
 from bimvox_pipeline.studio.opened import open_site
 from rough_search import time_few_lifts
 

@@ -1,6 +1,6 @@
 import io
 
-from bimvox_cli.watch_table import WatchTable, states_of
+from bimvox_cli.live import WatchTable, states_of
 from rich.console import Console
 
 DOCUMENT = {

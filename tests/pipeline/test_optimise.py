@@ -13,9 +13,9 @@ from xml.etree import ElementTree
 
 import pytest
 import shapely
+from bimvox_pipeline import optimise as command
 from bimvox_pipeline.fleet.schedule import Execution
-from bimvox_pipeline.optimise import optimise as command
-from bimvox_pipeline.optimise.optimise import optimise
+from bimvox_pipeline.optimise import optimise
 from bimvox_pipeline.site import init
 from bimvox_pipeline.studio.opened import open_site
 from bimvox_pipeline.studio.saving import save
@@ -33,7 +33,7 @@ from bimvox.site.catalogue import machines_called
 from bimvox.site.config.file import load_site_config
 from bimvox.site.config.site_config import ComponentConfig
 
-SAMPLES = Path(__file__).parents[3] / "sample_models"
+SAMPLES = Path(__file__).parents[2] / "sample_models"
 
 
 @pytest.fixture(scope="module")

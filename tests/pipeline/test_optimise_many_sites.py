@@ -10,16 +10,15 @@ from typing import Any
 
 import pytest
 from bimvox_cli.main import run as command
+from bimvox_pipeline import optimise as acts
 from bimvox_pipeline.fleet.schedule import Execution
-from bimvox_pipeline.optimise import many_sites
-from bimvox_pipeline.optimise.many_sites import optimise_all
-from bimvox_pipeline.optimise.optimise import PAGE
+from bimvox_pipeline.optimise import PAGE, optimise_all
 from fleet_work import carry_out_in_process
 
 from bimvox.errors import InputError
 from bimvox.progress import SilentProgress
 
-SAMPLES = Path(__file__).parents[3] / "sample_models"
+SAMPLES = Path(__file__).parents[2] / "sample_models"
 
 
 @pytest.fixture
@@ -38,7 +37,7 @@ def searched(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         fastest, cheapest = given | {"refused": 0, "hours": 7.5}, given | {"machine": "hammerhead-30", "cost": 600.0}
         return {"parts": 6, "currency": "EUR", "verified": True, "baseline": given, "front": [fastest, cheapest]}
 
-    monkeypatch.setattr(many_sites, "optimise", found)
+    monkeypatch.setattr(acts, "optimise", found)
     carry_out_in_process(monkeypatch)
     return names
 

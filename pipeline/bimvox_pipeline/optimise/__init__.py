@@ -1,1 +1,0 @@
-"""The search for a better set-up of a site."""
