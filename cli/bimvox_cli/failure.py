@@ -55,11 +55,10 @@ _CODE_OF_EVENT = {"rejected": BAD_INPUT, "failed": NO_PLAN}
 
 
 def exit_code_of(document: Mapping[str, Any]) -> int:
-    """Return the exit code of a command that finished.
+    """Return the exit code of a command that finished with this document.
 
-    Args:
-        document: The result: 1 if a proof failed or a lift is infeasible; for an event of a watch, 2 if the file was
-            rejected and 1 if there is no plan for it; for many runs, the worst that one of them alone would have.
+    It is 1 if a proof failed or a lift is infeasible; for an event of a watch, 2 if the file was rejected and 1 if
+    there is no plan for it; for many runs, the worst that one of them alone would have.
     """
     failed = [_code_of_run(code) for _, code, _ in failed_runs(document)]
     if failed:
@@ -98,15 +97,9 @@ def _code_of_run(code: str) -> int:
 
 
 def report(error: BaseException, *, as_json: bool, verbose: bool = False) -> int:
-    """Print on stderr what went wrong and what to do; with JSON also a document on stdout.
+    """Print on stderr what went wrong and what to do, with JSON also a document on stdout; return the exit code.
 
-    Args:
-        error: What the command raised.
-        as_json: Whether the user asked for JSON.
-        verbose: Print where a fault of bimvox happened (a traceback); never for other errors.
-
-    Returns:
-        The exit code.
+    ``verbose`` prints where a fault of bimvox happened (a traceback), never for other errors.
     """
     code, message, hint, exit_code, evidence = _described(error)
     if as_json:

@@ -26,12 +26,7 @@ _PACE_S = 3.0
 
 
 class LiveProgress(SilentProgress):
-    """Shows the running stage on stderr.
-
-    Args:
-        console: The console of stderr.
-        verbose: Print every stage, when it ends, with its time.
-    """
+    """Shows the running stage on stderr; if verbose, also every stage, when it ends, with its time."""
 
     def __init__(self, console: Console, *, verbose: bool = False) -> None:
         super().__init__()
@@ -143,12 +138,7 @@ _LATENCIES_KEPT = 200
 
 
 class WatchTable:
-    """A table of a watch that is updated in place.
-
-    Args:
-        console: The terminal.
-        name: The watched file.
-    """
+    """The table of a watch of the file ``name``, updated in place."""
 
     def __init__(self, console: Console, name: str) -> None:
         self._console, self._name = console, name
@@ -161,12 +151,7 @@ class WatchTable:
         self._live.start()
 
     def show(self, document: Mapping[str, Any], line: str) -> None:
-        """Show a change.
-
-        Args:
-            document: The change.
-            line: The change as one line.
-        """
+        """Show a change, given as a document and as one line."""
         if document["event"] == "state":
             self._doing[document["component"]] = document["state"]
             self._lines[1] = line

@@ -24,11 +24,7 @@ _P = ParamSpec("_P")
 
 
 def command(run: Callable[Concatenate[Output, _P], int]) -> Callable[..., None]:
-    """Return a command with --json, --quiet and --verbose, from a function that prints and returns the exit code.
-
-    Args:
-        run: Gets the output of the run and the command's own options and arguments.
-    """
+    """Return a command with --json, --quiet and --verbose, from a function that prints and returns the exit code."""
     signature = inspect.signature(run, eval_str=True)
     flags = {"json": Json, "quiet": Quiet, "verbose": Verbose}
     of_all = [

@@ -35,13 +35,7 @@ _WRITTEN_AT_ONCE = 1 << 20
 
 
 class Output:
-    """The output of one run of a command.
-
-    Args:
-        as_json: Print the document as JSON.
-        quiet: Print no progress, notes or summaries.
-        progress: Passed to the pipeline.
-    """
+    """The output of one run of a command, with the progress that the pipeline reports to."""
 
     def __init__(self, *, as_json: bool, quiet: bool, progress: Progress) -> None:
         self.as_json = as_json

@@ -31,9 +31,7 @@ _PATIENCE_S = 180
 def find_browser(what: str, instead: str) -> Path:
     """Return the browser that ``BIMVOX_BROWSER`` names, or an installed Chromium, Chrome or Edge.
 
-    Args:
-        what: What needs it: ``a PDF``.
-        instead: What to do without one.
+    The error says ``what`` needs it, such as ``a PDF``, and what to do ``instead``.
 
     Raises:
         InputError: If there is none.
@@ -59,14 +57,9 @@ def find_browser(what: str, instead: str) -> Path:
 
 
 def draw_with(browser: Path, source: Path, made: Path, *options: str, instead: str) -> bytes:
-    """Let a browser open a document, and return the file that it makes of it.
+    """Let a browser open a document with options that make a file of it, and return that file.
 
-    Args:
-        browser: From :func:`find_browser`.
-        source: The document, in a folder that the browser may write to.
-        made: The file.
-        options: Options that make it.
-        instead: What to do if the browser fails.
+    The document is in a folder that the browser may write to; ``instead`` is what to do if the browser fails.
 
     Raises:
         BimvoxError: If the browser fails.

@@ -188,10 +188,7 @@ def _crane_document(crane: CraneFigures) -> dict[str, Any]:
 class LogAhead:
     """Writes the log of a plan; leaving the block removes what was begun in vain.
 
-    Args:
-        path: The log.
-        inputs: Files that it must not replace.
-        full_rate: Whether viewers are shown every sample of the motions.
+    ``inputs`` are files that it must not replace; ``full_rate`` is that of :func:`bimvox.write_log`.
     """
 
     def __init__(self, path: Path, *, inputs: Iterable[Path] = (), full_rate: bool = False) -> None:

@@ -31,15 +31,10 @@ def pack(files: dict[str, bytes]) -> bytes:
 
 
 def unpack(content: bytes, names: tuple[str, ...], largest_bytes: int) -> dict[str, bytes]:
-    """Return the files of a zip of :func:`pack`.
-
-    Args:
-        content: The zip.
-        names: The files that it must hold, and no others.
-        largest_bytes: Largest size of a file.
+    """Return the files of a zip of :func:`pack`, which must hold these and no others.
 
     Raises:
-        PolicyError: It is not such a zip, or it is damaged.
+        PolicyError: It is not such a zip, a file in it is too large, or it is damaged.
     """
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -204,16 +199,9 @@ def remove(policy_id: str) -> dict[str, Any]:
 
 
 def _summary(manifest: PolicyManifest) -> dict[str, Any]:
-    return {
-        "id": manifest.id,
-        "steps": manifest.steps,
-        "success_rate": manifest.success_rate if manifest.tested else None,
-        "length_ratio": manifest.length_ratio if manifest.tested else None,
-        "tested": manifest.tested,
-        "seed": manifest.seed,
-        "parent": manifest.parent,
-        "geometry_key": manifest.geometry_key,
-    }
+    of_a_test = ("success_rate", "length_ratio")
+    names = ("id", "steps", *of_a_test, "tested", "seed", "parent", "geometry_key")
+    return {name: getattr(manifest, name) if manifest.tested or name not in of_a_test else None for name in names}
 
 
 # The score of a policy from anywhere: the shipped one, a stored one, an ONNX file, a Python function.

@@ -11,13 +11,8 @@ from bimvox.log.plan_log import PlanLog
 def require_sense(log: PlanLog, file: Path, act: str = "shown") -> PlanLog:
     """Return a log whose values are finite and in range.
 
-    Args:
-        log: The log.
-        file: Its file, for the message.
-        act: What cannot be done with it otherwise.
-
     Raises:
-        LogFileError: If a value makes no sense; names the first.
+        LogFileError: If a value makes no sense: names the first, the file, and what cannot be done with it.
     """
     from bimvox.proof.values import check_values
 

@@ -37,15 +37,9 @@ def fleet(
 
     A run is not planned again if the hash of its inputs and its log match its record. Failed runs are planned again.
 
-    Args:
-        wishes: The runs to plan.
-        folder: The output folder; created if it does not exist.
-        execution: How the runs are executed; default: in processes on this machine.
-        progress: Receives the stages.
-
-    Returns:
-        ``runs`` (a record each), ``table``, ``tables`` and ``page`` (files), ``failed`` (number of runs),
-        ``infeasible`` (number of lifts), ``verified``, ``kept`` (runs that existed already), ``seconds``.
+    By default, the runs are executed in processes on this machine. Returns the document of ``bimvox sweep --json``:
+    ``runs`` (a record each), ``table``, ``tables`` and ``page`` (files), ``failed`` (number of runs), ``infeasible``
+    (number of lifts), ``verified``, ``kept`` (runs that existed already), ``seconds``.
 
     Raises:
         InputError: If the folder cannot be used, another fleet is writing to it, or the backend is not installed.

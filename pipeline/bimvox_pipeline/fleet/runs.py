@@ -264,13 +264,7 @@ class _SweepConfig(Table):
 
 
 def load_sweep(path: Path) -> tuple[Wish, ...]:
-    """Read a sweep file.
-
-    Args:
-        path: A TOML file.
-
-    Returns:
-        What to plan: the cross product, sites outermost, then the runs listed individually.
+    """Return what a sweep file requests: the cross product, sites outermost, then the runs listed individually.
 
     Raises:
         ConfigError: If the file cannot be read, is not TOML, has an unknown key or an impossible value, a pattern

@@ -64,15 +64,7 @@ _RESTARTED = {"max_restarts": -1, "max_task_retries": 2}
 
 @contextmanager
 def opened(backend: Backend, jobs: int, address: str | None) -> Iterator[dict[str, Any]]:
-    """Open a backend and close it at the end.
-
-    Args:
-        backend: ``loky`` for processes on this machine; ``ray`` or ``dask`` for a cluster.
-        jobs: Number of runs in parallel.
-        address: Address of a running cluster; None starts one on this machine.
-
-    Yields:
-        The arguments for ``joblib.parallel_config``.
+    """Open a backend, yield the arguments for ``joblib.parallel_config``, and close it at the end.
 
     Raises:
         InputError: If the backend is not installed, or its cluster cannot be reached.
@@ -314,16 +306,8 @@ def records_of(
 ) -> list[dict[str, Any]]:
     """Return the records of runs, in their order; a run that an earlier call has executed is kept.
 
-    Args:
-        runs: The runs.
-        folder: The fleet's folder, locked.
-        execution: How they are executed.
-        is_whole: Whether what an earlier run wrote next to its record is still there.
-        work: The function that executes a run.
-        progress: Receives the stages.
-
-    Returns:
-        Documents with ``kept``, whether the record is of an earlier call, and what ``work`` returned.
+    The folder is locked. ``is_whole`` says of the record of an earlier call whether what that run wrote next to it is
+    still there; ``work`` executes a run. A record has ``kept``, whether it is of an earlier call.
 
     Raises:
         InputError: If the backend cannot be used.
