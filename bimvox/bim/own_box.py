@@ -7,8 +7,10 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from bimvox.bim.building import TriangleMesh
+from bimvox.kept import kept
 
 
+@kept
 def own_sides_m(mesh: TriangleMesh) -> tuple[float, float, float]:
     """Return the sides of the box around a mesh along its main directions, metres, the shortest first."""
     points_m = mesh.vertices_m[np.unique(mesh.faces)]
@@ -18,6 +20,7 @@ def own_sides_m(mesh: TriangleMesh) -> tuple[float, float, float]:
     return a, b, c
 
 
+@kept
 def plan_sides_m(mesh: TriangleMesh) -> tuple[float, float]:
     """Return the sides of the smallest rectangle around a mesh in plan, metres, the shorter first."""
     outline = _outline(mesh.vertices_m[:, :2])

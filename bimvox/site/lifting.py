@@ -22,6 +22,7 @@ from bimvox.crane.kinematics import rigged
 from bimvox.crane.load_chart import permitted_wind_m_s
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
+from bimvox.kept import kept
 from bimvox.site.component import Component, Lifting
 from bimvox.site.site import Site
 from bimvox.site.work import Work, work_of
@@ -43,6 +44,7 @@ _AROUND_M = 0.25
 MOST_POINTS = 4
 
 
+@kept
 def assumed_points(
     mesh: TriangleMesh, hook_m: tuple[float, float], top_m: float, *, upended: bool
 ) -> tuple[Point, ...]:

@@ -15,6 +15,7 @@ from bimvox.crane.outline import highest_point_m, mast_box_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import GridTooLargeError, SelectionError
 from bimvox.grid.frame import GridFrame, whole_cells
+from bimvox.kept import kept
 from bimvox.site.component import Component, IntVec
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.ground import lowest_terrain_m, terrain_of
@@ -33,10 +34,16 @@ def place_building(config: SiteConfig, building: Building) -> tuple[Building, ND
     if config.model.ground_m is None:
         raise config.error("model.ground_m", "is missing", hint="add the height of the ground in the model")
     local_m = config.model.ground_m - float(building.origin_m[2])
-    placed, site_to_local = in_site_frame(building, ground_m=local_m, yaw_rad=config.model.yaw_rad)
+    placed, site_to_local = _placed(building, local_m, config.model.yaw_rad)
     site_to_ifc = site_to_local.copy()
     site_to_ifc[:3, 3] += building.origin_m
-    return cut_back(placed), site_to_ifc
+    return placed, site_to_ifc
+
+
+@kept  # what a site file leaves open is guessed, and then its site is built, from the same parts
+def _placed(building: Building, ground_m: float, yaw_rad: float) -> tuple[Building, NDArray[np.float64]]:
+    placed, site_to_local = in_site_frame(building, ground_m=ground_m, yaw_rad=yaw_rad)
+    return cut_back(placed), site_to_local
 
 
 def built_elements(elements: Iterable[Element]) -> list[Element]:

@@ -131,6 +131,7 @@ class ElementBuilder:
         self._demolished: list[str] = []
         self._doubts: dict[str, list[str]] = {}
         self._tasks, self._task_notes = tasks_of_products(opened.file)
+        self._by_group: dict[tuple[int, tuple[int, ...], TriangleMesh], tuple[Judgement, Casting | None]] = {}
         self._element_of: dict[int, str] = {}
         self._anchors = anchors_without_mesh(opened.file, parts, opened.metres_per_unit, origin_m)
 
@@ -269,6 +270,13 @@ class ElementBuilder:
         return (judgement, casting) if corrected is None else (corrected, casting_of(corrected.kind, casting))
 
     def _by_evidence(self, group: Group, mesh: TriangleMesh) -> tuple[Judgement, Casting | None]:
+        """Return what a group is by all that the file says: asked once for its density, and once for the part."""
+        asked = (group.owner, group.members, mesh)
+        if asked not in self._by_group:
+            self._by_group[asked] = self._judged_anew(group, mesh)
+        return self._by_group[asked]
+
+    def _judged_anew(self, group: Group, mesh: TriangleMesh) -> tuple[Judgement, Casting | None]:
         owner = self._file.by_id(group.owner)
         if self._properties.is_temporary(owner):
             return Judgement(Kind.FORMWORK, Confidence.STATED, "its properties state that it is temporary"), None
