@@ -54,7 +54,7 @@ def _same_corners(elements: Sequence[Element]) -> set[int]:
 
 def _drafts(built: Sequence[tuple[int, Element]]) -> set[int]:
     """Return the numbers of parts that another of their class takes the place of: alike but for their extent."""
-    found: set[int] = set()
+    result: set[int] = set()
     for axis in range(3):
         across: dict[Hashable, list[tuple[int, Element]]] = {}
         for n, element in built:
@@ -63,8 +63,8 @@ def _drafts(built: Sequence[tuple[int, Element]]) -> set[int]:
             across.setdefault(key, []).append((n, element))
         for row in across.values():
             if len(row) > 1:
-                found |= set(_covered([one for one in row if one[0] not in found], axis))
-    return found
+                result |= set(_covered([one for one in row if one[0] not in result], axis))
+    return result
 
 
 def _covered(row: Sequence[tuple[int, Element]], axis: int) -> Iterator[int]:
@@ -223,6 +223,6 @@ def _strips(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.i
     """Return the number of the strip in which each range lies, between gaps that are at least ``FAR_M`` wide."""
     order = np.argsort(low, kind="stable")
     reached = np.maximum.accumulate(high[order])
-    found = np.empty(len(low), np.int64)
-    found[order] = np.concatenate([[0], np.cumsum(low[order][1:] - reached[:-1] >= FAR_M)])
-    return found
+    result = np.empty(len(low), np.int64)
+    result[order] = np.concatenate([[0], np.cumsum(low[order][1:] - reached[:-1] >= FAR_M)])
+    return result

@@ -132,7 +132,7 @@ class RigPart:
 
     def document(self) -> dict[str, Any]:
         """Return it as plain values."""
-        found: dict[str, Any] = {
+        result: dict[str, Any] = {
             "what": self.words,
             "count": self.count,
             "load_kg": round(self.load_kg, 1),
@@ -141,10 +141,10 @@ class RigPart:
         }
         if self.kind is GearKind.CHAIN_SLING:
             angle_deg = round(degrees(self.angle_rad), 2)
-            found |= {"legs": self.legs, "leg_m": round(self.length_m, 3), "leg_angle_deg": angle_deg}
+            result |= {"legs": self.legs, "leg_m": round(self.length_m, 3), "leg_angle_deg": angle_deg}
         elif self.kind is GearKind.SPREADER:
-            found["span_m"] = round(self.length_m, 3)
-        return found
+            result["span_m"] = round(self.length_m, 3)
+        return result
 
 
 @dataclass(frozen=True, slots=True)

@@ -154,13 +154,13 @@ def _axis(key: str, name: str, own: AxisLimits, wanted: AxisLimits) -> Override 
     """Return how the limits of an axis differ, by the limit that differs most."""
     if own == wanted:
         return None
-    worst, found = 0.0, None
+    worst, result = 0.0, None
     for limit, value, usual in zip(("rate", "acceleration", "jerk"), astuple(own), astuple(wanted), strict=True):
         off = abs(value / usual - 1.0)
         if off > max(SAME, worst):
             worst = off
-            found = Override(key, f"{name} {limit}", f"{usual:.4g}", f"{value:.4g}", _by(value, usual))
-    return found
+            result = Override(key, f"{name} {limit}", f"{usual:.4g}", f"{value:.4g}", _by(value, usual))
+    return result
 
 
 def _chart(own: LoadChart, wanted: LoadChart) -> Override | None:

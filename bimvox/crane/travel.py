@@ -130,8 +130,8 @@ class Travel:
     def hoisting_s(self, height_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return seconds of hoisting or lowering."""
         share = np.abs(height_m) / self._longest_m
-        found: NDArray[np.float64] = self._hoist[np.clip(share * _STEPS, 0, _STEPS).astype(np.int64)]
-        return found
+        result: NDArray[np.float64] = self._hoist[np.clip(share * _STEPS, 0, _STEPS).astype(np.int64)]
+        return result
 
 
 @inline_kernel

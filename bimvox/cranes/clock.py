@@ -245,18 +245,18 @@ def always_obstructed(site: Site, carried: Sequence[Carried]) -> dict[str, str]:
     ``carried``: the lifts; a crane without any is not looked at.
     """
     at_work = sorted({one.crane for one in carried})
-    found = {}
+    result = {}
     for one in carried:
         for number in at_work:
             met = None if number == one.crane else _met_everywhere(site, one, number)
             if met is not None:
                 own, other = site.cranes[one.crane].name, site.cranes[number].name
-                found[site.components[one.lift.component].id] = (
+                result[site.components[one.lift.component].id] = (
                     f"{own} has no free time slot for it alongside the other cranes: wherever the jib of {other} "
                     f"points, the {met.parts[0]} of {own} would come within {met.distance_m:.1f} m of its "
                     f"{met.parts[1]}, {met.needed_m:g} m are needed"
                 )
-    return found
+    return result
 
 
 def _met_everywhere(site: Site, one: Carried, number: int) -> Conflict | None:

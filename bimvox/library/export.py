@@ -225,15 +225,15 @@ def _model_bytes(log: PlanLog, model: Path) -> bytes:
 def _format(source: Source, to: str | None, target: Path) -> Format:
     known = formats_of(source)
     if to is not None:
-        found = format_for(source, to, target)
+        result = format_for(source, to, target)
     else:
         ends = {end: one for one in known for end in (one.file_suffix, one.suffix) if end}
         longest = sorted(ends, key=len, reverse=True)
-        found = next((ends[end] for end in longest if target.name.lower().endswith(end)), None)
-    if found is None:
+        result = next((ends[end] for end in longest if target.name.lower().endswith(end)), None)
+    if result is None:
         wrong = f"{target}: no format has this suffix" if to is None else f"to is {shown(to)}"
         raise InputError(wrong, hint=f"formats of a {source.value}: {', '.join(one.name for one in known)}")
-    return found
+    return result
 
 
 def _write_folder(folder: Path, write: Callable[[Path], int]) -> int:

@@ -37,7 +37,7 @@ def blocked_rows(way: Way, crowd: Crowd, near_m: float, horizon: float) -> int:
         near_m: Who is nearer to the load, in addition to its own radius, counts.
         horizon: Ticks for which they go on at the velocity as seen; then they stay.
     """
-    load, found = np.empty(9), 0
+    load, result = np.empty(9), 0
     state, seen_m = crowd.state, crowd.seen_m
     for row in range(way.rests.shape[0]):
         placed(way, float(row), 1.0, load)
@@ -45,9 +45,9 @@ def blocked_rows(way: Way, crowd: Crowd, near_m: float, horizon: float) -> int:
             ahead_s = min(float(row), horizon) * TICK_S if state[n, STILL_S] < _STANDS_S else 0.0
             x, y = seen_m[n, 0] + ahead_s * state[n, VX], seen_m[n, 1] + ahead_s * state[n, VY]
             if gap_m(load, x, y) <= near_m + state[n, RADIUS]:
-                found += 1
+                result += 1
                 break
-    return found
+    return result
 
 
 Decider = Callable[[Episode], int]

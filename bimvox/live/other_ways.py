@@ -65,19 +65,21 @@ def lift_ways(
         By order, one or more ways.
     """
     lifts, driven = {lift.order: lift for lift in plan.lifts}, {motion.order: motion for motion in motions}
-    found: dict[int, tuple[LiftWay, ...]] = {order: (LiftWay(lifts[order], driven[order]),) for order in sorted(wanted)}
+    result: dict[int, tuple[LiftWay, ...]] = {
+        order: (LiftWay(lifts[order], driven[order]),) for order in sorted(wanted)
+    }
     if most < 2:
-        return found
+        return result
     before: Lift | None = None
     for lift, rule in replay(plan.site, preparation, plan):
-        if lift.order in found and not lift.with_jib:
+        if lift.order in result and not lift.with_jib:
             start_rad = 0.0 if before is None else float(driven[before.order].loaded.slew_rad[-1])
-            others = (_around(plan.site, found[lift.order][0], before, rule, start_rad, side) for side in (1.0, -1.0))
+            others = (_around(plan.site, result[lift.order][0], before, rule, start_rad, side) for side in (1.0, -1.0))
             made = sorted((way for way in others if way is not None), key=lambda way: way.motion.end_ns)
             proven = (way for way in made if _is_proven(plan, way))
-            found[lift.order] += tuple(islice(proven, most - 1))
+            result[lift.order] += tuple(islice(proven, most - 1))
         before = lift
-    return found
+    return result
 
 
 def _around(

@@ -235,11 +235,11 @@ def _approach_s(crane: TowerCrane, motions: Sequence[LiftMotion]) -> NDArray[np.
     places = [CranePose(*motion.loaded.axes[-1].tolist()) for motion in motions]
     tops_m = [float(motion.loaded.height_m.max()) for motion in motions]
     count = len(motions)
-    found = np.zeros((count + 1, count))
+    result = np.zeros((count + 1, count))
     for to in range(count):
-        found[0, to] = point_to_point_s(crane, places[0], picks[to], tops_m[to])
+        result[0, to] = point_to_point_s(crane, places[0], picks[to], tops_m[to])
         for n in range(count):
-            found[n + 1, to] = point_to_point_s(crane, places[n], picks[to], max(tops_m[n], tops_m[to]))
+            result[n + 1, to] = point_to_point_s(crane, places[n], picks[to], max(tops_m[n], tops_m[to]))
     for n, (_, motion) in enumerate(pairwise(motions)):
-        found[n + 1, n + 1] = seconds_in(motion, PhaseName.APPROACH)
-    return found
+        result[n + 1, n + 1] = seconds_in(motion, PhaseName.APPROACH)
+    return result

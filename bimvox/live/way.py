@@ -141,11 +141,11 @@ def _largest(
     """Return (N, 3) the value of largest size of each column within a time of each of N times, and next to it."""
     low = np.maximum(np.searchsorted(time_s, at_s - half_s) - 1, 0)
     high = np.minimum(np.searchsorted(time_s, at_s + half_s) + 1, len(time_s))
-    found = np.empty((len(at_s), values.shape[1]))
+    result = np.empty((len(at_s), values.shape[1]))
     for n, (first, after) in enumerate(zip(low.tolist(), high.tolist(), strict=True)):
         part = values[first:after]
-        found[n] = part[np.argmax(np.abs(part), axis=0), np.arange(values.shape[1])]
-    return found
+        result[n] = part[np.argmax(np.abs(part), axis=0), np.arange(values.shape[1])]
+    return result
 
 
 def _sway_m(

@@ -120,7 +120,7 @@ def _derivatives(ends: NDArray[np.float64], is_arc: bool) -> NDArray[np.float64]
 
     On the plan the hook is at the complex number p = r exp(i slew), so that (ln p)' = r' / r + i slew'.
     """
-    found, quarter = np.empty((_POINTS, 4, 3)), np.pi / 2.0
+    result, quarter = np.empty((_POINTS, 4, 3)), np.pi / 2.0
     start = ends[0, 1] * np.exp(1j * ends[0, 0])
     way = ends[1, 1] * np.exp(1j * ends[1, 0]) - start
     rise = ends[1, 2] - ends[0, 2]
@@ -148,11 +148,11 @@ def _derivatives(ends: NDArray[np.float64], is_arc: bool) -> NDArray[np.float64]
         w2 = p2 * p.conjugate() / r**2 - w1 * w1
         w3 = p3 * p.conjugate() / r**2 - 3.0 * w1 * w2 - w1 * w1 * w1
         a, b, c = w1.real, w2.real, w3.real
-        found[n, 0, 0], found[n, 0, 1], found[n, 0, 2] = w1.imag, w2.imag, w3.imag
-        found[n, 1, 0], found[n, 1, 1], found[n, 1, 2] = r * a, r * (b + a * a), r * (c + 3.0 * a * b + a**3)
-        found[n, 2, 0], found[n, 2, 1], found[n, 2, 2] = z1, z2, z3
-        found[n, 3, 0] = r
-    return found
+        result[n, 0, 0], result[n, 0, 1], result[n, 0, 2] = w1.imag, w2.imag, w3.imag
+        result[n, 1, 0], result[n, 1, 1], result[n, 1, 2] = r * a, r * (b + a * a), r * (c + 3.0 * a * b + a**3)
+        result[n, 2, 0], result[n, 2, 1], result[n, 2, 2] = z1, z2, z3
+        result[n, 3, 0] = r
+    return result
 
 
 AXES = 3

@@ -213,8 +213,8 @@ class _Around:
         around_m = np.array([self.aside_m + down_m, 0.0, down_m]) + _ROUNDING_M
         low, high = own_m[0] - around_m, own_m[1] + around_m + np.array([0.0, 0.0, self.top_m])
         near = ((other_m.min(axis=1) <= high) & (other_m.max(axis=1) >= low)).all(axis=1)
-        found: NDArray[np.float64] = other_m[near]
-        return found
+        result: NDArray[np.float64] = other_m[near]
+        return result
 
 
 def _box(triangles_m: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -150,11 +150,11 @@ def _find_another(part: PartToInsert) -> Insertion | NoInsertion:
     """Return last moves that share no placement but the place with those to avoid, or guided ones."""
     for by_shapes in (False, True):
         inserter = _Inserter(part, by_shapes=by_shapes)
-        for found in (inserter.straight_down(), inserter.detour()):
-            if isinstance(found, Insertion) and not found.enclosed and not _is_avoided(part, found):
-                return found
-    found = inserter.guided()
-    return NoInsertion("there is no other way to its place") if found is None or _is_avoided(part, found) else found
+        for result in (inserter.straight_down(), inserter.detour()):
+            if isinstance(result, Insertion) and not result.enclosed and not _is_avoided(part, result):
+                return result
+    result = inserter.guided()
+    return NoInsertion("there is no other way to its place") if result is None or _is_avoided(part, result) else result
 
 
 def _is_avoided(part: PartToInsert, found: Insertion) -> bool:

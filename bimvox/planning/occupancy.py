@@ -124,13 +124,13 @@ def highest_around(top: NDArray[np.int32], reach: int) -> NDArray[np.int32]:
             for y in range(ny):
                 along[x, y] = max(along[x, y], top[x + step, y])
                 along[x + step, y] = max(along[x + step, y], top[x, y])
-    found = along.copy()
+    result = along.copy()
     for step in range(1, reach + 1):
         for x in range(nx):
             for y in range(ny - step):
-                found[x, y] = max(found[x, y], along[x, y + step])
-                found[x, y + step] = max(found[x, y + step], along[x, y])
-    return found
+                result[x, y] = max(result[x, y], along[x, y + step])
+                result[x, y + step] = max(result[x, y + step], along[x, y])
+    return result
 
 
 @kernel

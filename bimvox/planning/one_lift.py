@@ -58,10 +58,10 @@ def planned_by(
 
 def proposed_again(stage: Stage, lift: Lift, retrained: Propose) -> Lift:
     """Return a planned lift with the path of a retrained policy; the lift itself if that is invalid or longer."""
-    found = _proposed(stage, lift, [(retrained, Method.RETRAINED)])
-    if found.path_vox is None or lift.path_vox is None or len(found.path_vox) > len(lift.path_vox):
+    result = _proposed(stage, lift, [(retrained, Method.RETRAINED)])
+    if result.path_vox is None or lift.path_vox is None or len(result.path_vox) > len(lift.path_vox):
         return lift
-    return found
+    return result
 
 
 def policies_of(propose: Propose | None, retrained: Propose | None = None) -> list[tuple[Propose, Method]]:
@@ -102,15 +102,15 @@ def _searched(
         return other, searched_at(assembly, other, unplanned, before)
 
     least = rows[-1][-1]
-    found = keeping(least)
-    if found[1].path_vox is None:  # the clearances are not the reason
-        return found
+    result = keeping(least)
+    if result[1].path_vox is None:  # the clearances are not the reason
+        return result
     for *more, fewest in rows:
-        way = found if fewest == least else keeping(fewest)
+        way = result if fewest == least else keeping(fewest)
         if way[1].path_vox is not None:
             tighter = (keeping(kept) for kept in more)
             return next((one for one in tighter if one[1].path_vox is not None), way)
-    return found
+    return result
 
 
 def searched_at(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, before: Lift | None) -> Lift:

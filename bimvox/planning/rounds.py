@@ -85,13 +85,13 @@ def proven_in_rounds(
     refused: dict[str, str] = {}
     try:
         for _ in range(_ROUNDS):
-            found = attempt(refused)
-            if not isinstance(found, Mapping):
-                return found
-            last = next(iter(found.items()))
-            if found.keys() <= refused.keys():
+            result = attempt(refused)
+            if not isinstance(result, Mapping):
+                return result
+            last = next(iter(result.items()))
+            if result.keys() <= refused.keys():
                 break  # only lifts that are refused already: another round would give the same result
-            refused |= found
+            refused |= result
         failed = VerificationError(
             f"lifts still fail their proof, so nothing was {left}; the last one is {last[0]}: {last[1]}",
             failures=[f"{component}: {reason}" for component, reason in refused.items()],

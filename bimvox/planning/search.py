@@ -67,8 +67,8 @@ def roomy_path(space: CollisionSpace, wide: CollisionSpace, path_vox: NDArray[np
 
 def reachable(space: CollisionSpace, cell: IntVec, limit: int) -> NDArray[np.int32]:
     """Return the placements reachable from ``cell``, at most ``limit`` of them: (N, 3) int32."""
-    found: NDArray[np.int32] = _flood(space, np.array(cell, np.int64), MOVES, limit)
-    return found
+    result: NDArray[np.int32] = _flood(space, np.array(cell, np.int64), MOVES, limit)
+    return result
 
 
 def room_around(space: CollisionSpace, cell: IntVec, top: int, limit: int) -> tuple[NDArray[np.int32], bool]:

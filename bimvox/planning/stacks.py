@@ -267,14 +267,14 @@ class Racks:
     ) -> NDArray[np.bool_]:
         """Return (X, Y) the columns on which a wall may stand as the first of a rack with its frame on a side."""
         deep, axis = self._deep_vox(component, []), _thin_axis(size)
-        found = free.copy()
+        result = free.copy()
         for step in range(1, deep + 1):
             moved = np.zeros_like(free)
             here, there = [slice(None)] * 2, [slice(None)] * 2
             here[axis], there[axis] = (slice(None, -step), slice(step, None))[:: 1 if side > 0 else -1]
             moved[tuple(here)] = free[tuple(there)]
-            found &= moved
-        return found
+            result &= moved
+        return result
 
     def add(self, component: Component, place: Rectangle, side: int) -> Rectangle:
         """Add a wall that has got its place: behind the rack there, or as the first of a new one.
@@ -310,12 +310,12 @@ class Racks:
         at, length = rack.last[axis], rack.last[axis + 2]
         across = at + length + self._between_vox if rack.side > 0 else at - self._between_vox - size[axis]
         spare = rack.last[along + 2] - size[along]
-        found = []
+        result = []
         for shift in dict.fromkeys((spare // 2, 0, spare)):
             low = [0, 0]
             low[axis], low[along] = across, rack.last[along] + shift
-            found.append((low[0], low[1], *size))
-        return found
+            result.append((low[0], low[1], *size))
+        return result
 
     def _with_frame(self, own: Rectangle, rack: _Rack, component: Component) -> Rectangle:
         deep, axis, along = self._deep_vox(component, rack.members), rack.axis, 1 - rack.axis

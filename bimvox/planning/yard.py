@@ -355,12 +355,12 @@ def _open_yard(site: Site) -> NDArray[np.bool_]:
 def _beside_people(site: Site) -> NDArray[np.bool_]:
     """Return (X, Y) the columns with structure, a mast or a finished part that a person on the ground meets."""
     floor, head = site.yard_floor_vox, whole_cells(HEADROOM_M, site.frame.voxel_size_m)
-    found = np.zeros(site.shape[:2], np.bool_)
+    result = np.zeros(site.shape[:2], np.bool_)
     own = [blocker.cells for blocker in site.blockers if blocker.kind in ("structure", "crane")]
     own += [component.shape.cells + np.array(component.target_vox, np.int32) for component in site.components]
     for cells in own:
-        found[tuple(cells[(cells[:, 2] >= floor) & (cells[:, 2] < floor + head), :2].T)] = True
-    return found
+        result[tuple(cells[(cells[:, 2] >= floor) & (cells[:, 2] < floor + head), :2].T)] = True
+    return result
 
 
 def _within(columns: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
@@ -368,10 +368,10 @@ def _within(columns: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
     table = counts(columns)
     x0, y0 = (np.maximum(np.arange(size) - reach, 0) for size in columns.shape)
     x1, y1 = (np.minimum(np.arange(size) + reach + 1, size) for size in columns.shape)
-    found: NDArray[np.bool_] = (
+    result: NDArray[np.bool_] = (
         table[np.ix_(x1, y1)] - table[np.ix_(x0, y1)] - table[np.ix_(x1, y0)] + table[np.ix_(x0, y0)] > 0
     )
-    return found
+    return result
 
 
 def _without_given(site: Site, empty: NDArray[np.bool_], given: list[int]) -> NDArray[np.bool_]:

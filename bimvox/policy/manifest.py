@@ -280,13 +280,13 @@ def id_of(plain: Mapping[str, Any]) -> str:
 
 def _versions() -> dict[str, str]:
     """Return the versions of the libraries on which a trained network depends."""
-    found = {}
+    result = {}
     for name in ("bimvox", "numpy", "stable-baselines3", "torch"):
         try:
-            found[name] = version(name)
+            result[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+            result[name] = "not installed"
+    return result
 
 
 def manifest_from_dict(plain: Any) -> PolicyManifest:

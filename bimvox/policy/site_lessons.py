@@ -80,15 +80,15 @@ def _lesson(
     site: Site, assembly: Assembly, index: int, rng: np.random.Generator
 ) -> tuple[Stage, NDArray[np.int32], LiftProblem] | None:
     """Return a lift with the largest clearance that leaves a path, and starts for it; None if it cannot be lifted."""
-    found = None
+    result = None
     for stage in assembly.each_clearance(index):
         if isinstance(stage, Stage):
             starts = _starts(site, stage, rng)
             lift = training_problem(stage.space, stage.start_vox, stage.insertion.gate_vox, starts)
-            found = (stage, starts, lift)
+            result = (stage, starts, lift)
             if is_learnable(lift):
                 break
-    return found
+    return result
 
 
 def _starts(site: Site, stage: Stage, rng: np.random.Generator) -> NDArray[np.int32]:

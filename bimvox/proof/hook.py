@@ -252,13 +252,13 @@ class Between:
     def before(self, lift: Lift) -> Lift | None:
         """Return the previous planned lift of the same crane."""
         crane = self._site.components[lift.component].crane
-        found = None
+        result = None
         for other in self._lifts:
             if other.order >= lift.order:
                 break
             if other.status is Status.PLANNED and self._site.components[other.component].crane == crane:
-                found = other
-        return found
+                result = other
+        return result
 
     def ways(self, moment: Moment, motion: LiftMotion) -> Iterator[EmptyWay]:
         """Yield the empty hook moves of a lift, each with what may be on the site; ``moment`` is that of its crane."""

@@ -64,12 +64,12 @@ class LiftProof:
 
         def over(zone: NDArray[np.bool_], offsets: NDArray[np.int64]) -> NDArray[np.bool_]:
             """Return which placements have one of these columns, relative to the reference cell, over a zone."""
-            found = np.zeros(len(placements.cells), np.bool_)
+            result = np.zeros(len(placements.cells), np.bool_)
             for column in offsets:
                 at = placements.cells[:, :2] + column
                 inside = ((at >= 0) & (at < zone.shape)).all(axis=1)
-                found[inside] |= zone[at[inside, 0], at[inside, 1]]
-            return found
+                result[inside] |= zone[at[inside, 0], at[inside, 1]]
+            return result
 
         def look(bad: NDArray[np.bool_], what: str) -> None:
             self.checks["zones"].look(
@@ -208,10 +208,10 @@ class LoadProof(LiftProof):
         look: Callable[[NDArray[np.int32]], NDArray[np.bool_]],
     ) -> NDArray[np.bool_]:
         """Return (N,) what holds at each position for the load's cells: those at any heading while it is turning."""
-        found = placements.at_positions(look(component.shape.cells))
+        result = placements.at_positions(look(component.shape.cells))
         if turning.any():
-            found[turning] = placements.at_positions(look(cells_at_any_heading(component)))[turning]
-        return found
+            result[turning] = placements.at_positions(look(cells_at_any_heading(component)))[turning]
+        return result
 
     def _left(self, placements: Placements, own: NDArray[np.int32], without: Sequence[Thing]) -> NDArray[np.bool_]:
         """Return (N,) whether the load at each position is in cells of anything else."""

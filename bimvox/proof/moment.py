@@ -126,11 +126,11 @@ def moments(plan: LiftPlan, context: Collection[Lift] = ()) -> Iterator[Moment]:
 
 def _by_delivery(lifts: Sequence[Lift]) -> dict[int, list[tuple[Lift, YardPlace]]]:
     """Return the lifts of every delivery, each with its place in the yard."""
-    found: dict[int, list[tuple[Lift, YardPlace]]] = {}
+    result: dict[int, list[tuple[Lift, YardPlace]]] = {}
     for lift in lifts:
         if (place := lift.in_yard) is not None:
-            found.setdefault(place.delivery, []).append((lift, place))
-    return found
+            result.setdefault(place.delivery, []).append((lift, place))
+    return result
 
 
 @kept

@@ -221,8 +221,8 @@ class _Verifier(LiftProofs[int]):
         moment, whole = state.moment(self.lifts[task]), self.checks
         self.checks = {check.name: Check(check.name, unit=check.unit) for check in whole.values()}
         self._check_lift(moment.lift, moment.present, moment.placed)
-        found, self.checks = self.checks, whole
-        return found
+        result, self.checks = self.checks, whole
+        return result
 
     def run(self, store: Store, workers: Workers) -> Verification:
         """Check the whole plan."""

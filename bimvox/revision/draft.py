@@ -121,11 +121,11 @@ class MotionsInTheMaking:
             self._begin()
         for _, begun in self._begun:
             begun.help()
-        found = dict[int, LiftMotion | MotionError]()
+        result = dict[int, LiftMotion | MotionError]()
         for known, begun in self._begun:
             (motions,) = begun.finished()
-            found.update(zip([one.order for one in known], motions, strict=True))
-        return found
+            result.update(zip([one.order for one in known], motions, strict=True))
+        return result
 
     def _begin(self) -> None:
         making = MotionMaking(self._request.site, self._request.preparation, self._lifts)
@@ -236,7 +236,7 @@ def _split(plan: LiftPlan, orders: Collection[int]) -> tuple[LiftPlan, tuple[Lif
 
 def versions_after(versions: Versions, draft: RevisionDraft, plan: LiftPlan, proof: Proof) -> Versions:
     """Return the versions of lifts with what is proven of a draft, in the state of the site that it was proven in."""
-    found = dict(versions)
+    result = dict(versions)
     for lift in plan.lifts:
         order = lift.order
         path: Callable[[], Footprint] | None = proof.paths.get(order) or draft.examined.get(order)
@@ -247,5 +247,5 @@ def versions_after(versions: Versions, draft: RevisionDraft, plan: LiftPlan, pro
         swept = proof.swept.get(order) or (draft.moved[order].swept if order in draft.moved else None)
         motion = None if swept is None else draft.motions[order]
         new = Version(lift, draft.read[order], path, motion, swept)
-        found[order] = with_version(found.get(order, ()), new)
-    return found
+        result[order] = with_version(result.get(order, ()), new)
+    return result

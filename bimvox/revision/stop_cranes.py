@@ -358,13 +358,13 @@ class WhoStops:
 
     def _rests(self, stopped: _StoppedCranes) -> list[tuple[int, CraneTrack]]:
         """Return the tracks of stopped loads until they rest, each with the number of its crane."""
-        found = []
+        result = []
         for load in stopped.loads:
             order, number = load.lift.order, self._site.components[load.lift.component].crane
             held = self._loads.held.get(order)
             whole = self._loads.under_way[order] if held is None else held.motion
-            found.append((number, self._track(self._lifts[order], cut_short(whole, load.stop), number)))
-        return found
+            result.append((number, self._track(self._lifts[order], cut_short(whole, load.stop), number)))
+        return result
 
     def _doing(self, crane: CraneNow) -> Iterable[CraneTrack]:
         """Yield the tracks of what a crane does now: lifts whose slings are not off, and moves of its hook."""

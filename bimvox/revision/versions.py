@@ -278,20 +278,20 @@ class Validity:
         now, places = self.now.obstructed, self._preparation.places
         order, neighbours = self._preparation.sequence.order, self._preparation.contacts.neighbours
         occupied, left = now.without(obstructed), obstructed.without(now)
-        found = _Difference(occupied, occupied.union(left), not occupied.empty, [left.around()])
+        result = _Difference(occupied, occupied.union(left), not occupied.empty, [left.around()])
         for n in _bits(set_since | not_set):
             index, place = order[n], places[order[n]]
             target = target_cells(self._site.components[index])
             stored = NO_CELLS if place is None else stored_cells(place)
-            found.changed.add(target)
-            found.changed.add(stored)
+            result.changed.add(target)
+            result.changed.add(stored)
             is_set = bool(set_since >> n & 1)
             if is_set or (place is not None and place.delivery == delivery):
                 occupied.add(target if is_set else stored)
-            found.has_occupied |= is_set or place is not None
-            found.freed.append(_box_around(stored if is_set else target))
-            found.near.update(neighbours[index])
-        return found
+            result.has_occupied |= is_set or place is not None
+            result.freed.append(_box_around(stored if is_set else target))
+            result.near.update(neighbours[index])
+        return result
 
 
 def same_part(lift: Lift | None, other: Lift | None) -> bool:

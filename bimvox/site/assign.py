@@ -100,7 +100,7 @@ def _named(config: SiteConfig, components: Sequence[Component], cranes: Sequence
     """Return crane by component, as the site file says."""
     names = [crane.name for crane in cranes]
     by_id = {name: component.index for component in components for name in (component.global_id, component.id)}
-    found = {}
+    result = {}
     for number, entry in enumerate(config.component):
         if entry.crane is None:
             continue
@@ -112,8 +112,8 @@ def _named(config: SiteConfig, components: Sequence[Component], cranes: Sequence
                 available=names,
                 hint=f"its cranes: {known}",
             )
-        found[by_id[entry.global_id]] = names.index(entry.crane)
-    return found
+        result[by_id[entry.global_id]] = names.index(entry.crane)
+    return result
 
 
 def _excess_m(

@@ -174,8 +174,8 @@ def _on_their_slings(
 
 def level_yard(yard: NDArray[np.bool_], tops: NDArray[np.int32]) -> NDArray[np.bool_]:
     """Return the columns of a yard in which nothing is dug out; ``tops`` are the highest layers of the ground."""
-    found: NDArray[np.bool_] = yard & (tops == tops[yard].max(initial=0))
-    return found
+    result: NDArray[np.bool_] = yard & (tops == tops[yard].max(initial=0))
+    return result
 
 
 def _sorted_out(config: SiteConfig, model: PlacedModel) -> tuple[list[Component], list[Blocker], list[str]]:

@@ -183,5 +183,5 @@ def _cast_work(part: _JudgedPart) -> Work:
 
 def times_of(casting: Casting, work: Work) -> CastTimes:
     """Return the times of a class of work."""
-    found: CastTimes = getattr(casting, work.value)
-    return found
+    result: CastTimes = getattr(casting, work.value)
+    return result

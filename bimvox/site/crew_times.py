@@ -101,5 +101,5 @@ def crew_times(rules: _Rules, part: Part, *, tag_lines: bool = True) -> CrewTime
 
 def times_of(times: TimesByWork, work: Work) -> CrewTimes:
     """Return the times of a class of work."""
-    found: CrewTimes = getattr(times, work.value)
-    return found
+    result: CrewTimes = getattr(times, work.value)
+    return result

@@ -96,10 +96,10 @@ def ground_level(building: Building) -> _GroundLevel:
         return _level(building.terrain_m, "the level of the terrain that the model states")
     low_m, high_m = lowest - FAR_FROM_GROUND_M, highest + _BURIED_M
     storeys = [storey for storey in building.storeys if low_m <= storey.height_m <= high_m]
-    found = _of_storey(storeys, built, up_m) or _of_piles(built, up_m)
-    if found is None or found.height_m - _SHALLOW_M <= lowest <= found.height_m + _SHALLOW_M:
+    result = _of_storey(storeys, built, up_m) or _of_piles(built, up_m)
+    if result is None or result.height_m - _SHALLOW_M <= lowest <= result.height_m + _SHALLOW_M:
         return _level(np.floor(lowest * 1e3 + 0.05) / 1e3, "the lowest part of the model")
-    return found
+    return result
 
 
 def terrain_of(elements: Iterable[Element]) -> list[TriangleMesh]:

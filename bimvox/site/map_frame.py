@@ -88,15 +88,15 @@ def read_from_map(config: SiteConfig, building: Building) -> SiteConfig:
                 raise config.error(key, "a height on the map needs the height of the ground", hint=hint)
         grounded = config.at_ground(0.0)
     _, site_to_ifc = place_building(grounded, replace(building, elements=()))
-    found = on_site(config, site_to_ifc, to_map)
+    result = on_site(config, site_to_ifc, to_map)
     bounds_m = built_bounds_m(place_building(grounded, building)[0].elements)
     middle = bounds_m.mean(axis=0)[:2]
-    for (key, given), (_, at) in zip(_points(config), _points(found), strict=True):
+    for (key, given), (_, at) in zip(_points(config), _points(result), strict=True):
         off_m = float(np.hypot(*(np.array(at[:2]) - middle)))
         if off_m > _FAR_M:
             hint = 'coordinates = "map" takes [easting, northing] in metres'
             raise config.error(key, f"{shown(given)} is {off_m / 1000.0:,.0f} km from the building", hint=hint)
-    return found
+    return result
 
 
 def on_site(config: SiteConfig, site_to_ifc: NDArray[np.float64], ifc_to_map: Matrix | None) -> SiteConfig:
@@ -182,8 +182,8 @@ def set_out(
 
     def on_map(points: Sequence[Sequence[float]]) -> list[list[float]]:
         at = np.array([[*point[:2], point[2] if len(point) > 2 else 0.0, 1.0] for point in points])
-        found: list[list[float]] = (np.round(at @ site_to_map.T, 3) + 0.0)[:, :3].tolist()
-        return found
+        result: list[list[float]] = (np.round(at @ site_to_map.T, 3) + 0.0)[:, :3].tolist()
+        return result
 
     areas = config.areas
     return {

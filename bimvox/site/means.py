@@ -86,16 +86,16 @@ def means_of(
         not_lifted: Why no gear or no machine lifts a part in one piece; empty if some do.
         selected: Whether a person has selected them as parts to lift; no trade then builds them in place.
     """
-    found = {element.id: _means_of(element, limits, not_lifted, selected=selected) for element in elements}
-    by_size = {one.id for one in elements if found[one.id].means is Means.IN_SITU and may_be_cast(one, limits)}
-    lifted = [one for one in elements if one.id in by_size or found[one.id].means is Means.CRANE]
-    found |= dict.fromkeys(cast_alike(by_size, lifted, limits) - by_size, Reasoned(Means.IN_SITU, _CAST_ALIKE))
-    found |= _in_the_ground(elements, found, limits, selected=selected)
+    result = {element.id: _means_of(element, limits, not_lifted, selected=selected) for element in elements}
+    by_size = {one.id for one in elements if result[one.id].means is Means.IN_SITU and may_be_cast(one, limits)}
+    lifted = [one for one in elements if one.id in by_size or result[one.id].means is Means.CRANE]
+    result |= dict.fromkeys(cast_alike(by_size, lifted, limits) - by_size, Reasoned(Means.IN_SITU, _CAST_ALIKE))
+    result |= _in_the_ground(elements, result, limits, selected=selected)
     for element_id, entry in entries.items():
-        if entry.means is not None and element_id in found:
+        if entry.means is not None and element_id in result:
             said = Reasoned(Means(entry.means), entry.why or SITE_FILE_SAYS)
-            found[element_id] = LIFTED if entry.means == "crane" else said
-    return found
+            result[element_id] = LIFTED if entry.means == "crane" else said
+    return result
 
 
 def _in_the_ground(
@@ -129,12 +129,12 @@ def cast_alike(cast: Collection[str], lifted: Sequence[Element], limits: MeansCo
     for one in lifted:
         if one.id in cast or (one.stated_means is None and may_be_cast(one, limits)):
             alike.setdefault((plain_class(one.ifc_class), type_of(one), one.material), []).append(one)
-    found = set(cast)
+    result = set(cast)
     for (_, name, _), same in alike.items():
         cast_kg = sum(one.mass_kg for one in same if one.id in cast)
         if name is not None and 2.0 * cast_kg > sum(one.mass_kg for one in same):
-            found |= {one.id for one in same}
-    return found
+            result |= {one.id for one in same}
+    return result
 
 
 def nothing_to_lift(parts: Sequence[Component | Reasoned]) -> SelectionError:

@@ -253,16 +253,16 @@ def _texts(tables: Mapping[str, Iterable[_Record]]) -> dict[str, list[str]]:
     """Return the notes, own fields and codes of activities, by the activity's id."""
     types = {record["udf_type_id"] for record in tables.get("UDFTYPE", ()) if record["table_name"] == "TASK"}
     codes = {record["actv_code_id"]: record for record in tables.get("ACTVCODE", ())}
-    found: dict[str, list[str]] = {}
+    result: dict[str, list[str]] = {}
     for record in tables.get("UDFVALUE", ()):
         if record["udf_type_id"] in types:
-            found.setdefault(record["fk_id"], []).append(record["udf_text"])
+            result.setdefault(record["fk_id"], []).append(record["udf_text"])
     for record in tables.get("TASKMEMO", ()):
-        found.setdefault(record["task_id"], []).append(record["task_memo"])
+        result.setdefault(record["task_id"], []).append(record["task_memo"])
     for record in tables.get("TASKACTV", ()):
         if (code := codes.get(record["actv_code_id"])) is not None:
-            found.setdefault(record["task_id"], []).extend((code["short_name"], code["actv_code_name"]))
-    return found
+            result.setdefault(record["task_id"], []).extend((code["short_name"], code["actv_code_name"]))
+    return result
 
 
 def _chain(over: list[int | None], at: int | None) -> tuple[int, ...]:
@@ -351,9 +351,9 @@ class Programme:
 
     def task_of(self, part: PlannedPart) -> ProgrammeTask | None:
         """Return the task that sets a part; None if there is none."""
-        found = self._by_id.get(part.global_id) or (self._by_name.get(part.name.casefold()) if part.name else None)
-        if found is not None or not part.storey:
-            return found
+        result = self._by_id.get(part.global_id) or (self._by_name.get(part.name.casefold()) if part.name else None)
+        if result is not None or not part.storey:
+            return result
         return self._of_storey(part.storey, kind_of(part).value)
 
     def _of_storey(self, storey: str, kind: str) -> ProgrammeTask | None:

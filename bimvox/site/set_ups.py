@@ -175,8 +175,8 @@ def highest_utilisation(
     nearest_m = np.where(np.isfinite(nearest_m), nearest_m, 0.0)
     radius_m = np.maximum(distances_m(bases_m, work.places_m), nearest_m[:, None])
     share = (work.masses_kg + crane.tackle_kg) / np.maximum(capacity_kg(crane.chart, radius_m), 1e-9)
-    found: NDArray[np.float64] = np.where(served, share, 0.0).max(axis=1, initial=0.0)
-    return found
+    result: NDArray[np.float64] = np.where(served, share, 0.0).max(axis=1, initial=0.0)
+    return result
 
 
 def winches(crane: TowerCrane, work: LiftWork, longest_m: float) -> list[Travel]:
@@ -196,14 +196,14 @@ def _fits_within(bases_m: NDArray[np.float64], work: LiftWork, far_m: NDArray[np
     rooms = work.rooms[np.unique(which, return_index=True)[1]]
     apart_m = shapely.distance(rooms, shapely.points(bases_m)[:, None, None])
     # Without a room, the distance is not a number: such a part counts as lying anywhere.
-    found: NDArray[np.bool_] = ~(np.fmin(*np.moveaxis(apart_m, -1, 0))[:, which] > far_m)
-    return found
+    result: NDArray[np.bool_] = ~(np.fmin(*np.moveaxis(apart_m, -1, 0))[:, which] > far_m)
+    return result
 
 
 def _high_enough(crane: TowerCrane, radius_m: NDArray[np.float64], hook_m: float) -> NDArray[np.bool_]:
     assert crane.luffing is not None
-    found: NDArray[np.bool_] = highest_hooks_m(crane.luffing, radius_m.ravel()).reshape(radius_m.shape) >= hook_m
-    return found
+    result: NDArray[np.bool_] = highest_hooks_m(crane.luffing, radius_m.ravel()).reshape(radius_m.shape) >= hook_m
+    return result
 
 
 def _lift_s(
@@ -239,8 +239,8 @@ def _lift_s(
 
 def slews(bases_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the (B, N) directions from bases to points."""
-    found: NDArray[np.float64] = np.arctan2(points_m[:, 1] - bases_m[:, 1, None], points_m[:, 0] - bases_m[:, 0, None])
-    return found
+    result: NDArray[np.float64] = np.arctan2(points_m[:, 1] - bases_m[:, 1, None], points_m[:, 0] - bases_m[:, 0, None])
+    return result
 
 
 # Where a mast can stand: around building and yard, clear of both, of the access and of every closed zone.
@@ -296,8 +296,8 @@ class MastPlaces:
 
         There a mast must stay until the end, and its foundation must fit between the parts.
         """
-        found: NDArray[np.bool_] = shapely.contains_xy(self._outline, bases_m)
-        return found
+        result: NDArray[np.bool_] = shapely.contains_xy(self._outline, bases_m)
+        return result
 
     def _pitch_m(self, crane: TowerCrane, most: int) -> float:
         return max(_LEAST_PITCH_M, float(np.ceil(np.sqrt(self._area(crane).area / most))))

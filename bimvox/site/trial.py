@@ -161,17 +161,17 @@ class Trial:
 
     def _problems(self, config: SiteConfig, cranes: Sequence[TowerCrane]) -> list[str]:
         """Return what is wrong with the places of masts and areas."""
-        found = []
+        result = []
         yards = [shapely.Polygon(polygon) for polygon in config.areas.yard or ()]
         areas = [("the construction area", [config.areas.construction] if config.areas.construction else [])]
         areas.append(("the access of trucks", list(config.areas.access or ())))
         if not yards:
-            found.append("There is no yard")
+            result.append("There is no yard")
         yard = shapely.union_all(yards)
         for name, polygons in areas:
             common_m2 = float(shapely.union_all([shapely.Polygon(one) for one in polygons]).intersection(yard).area)
             if common_m2 > 0.01:
-                found.append(f"The yard lies on {name}; these {common_m2:.0f} m² hold no parts")
+                result.append(f"The yard lies on {name}; these {common_m2:.0f} m² hold no parts")
         demand = self._demands[True]
         for crane in cranes:
             (x0, y0, _), (x1, y1, _) = mast_box_m(crane)
@@ -180,12 +180,12 @@ class Trial:
             hit = [part for part in (self._parts[n] for n in near) if shadow(part.mesh).intersects(mast)]
             if hit:
                 part = hit[0]
-                found.append(f"The mast of {crane.name} stands at the place of {part.label}")
+                result.append(f"The mast of {crane.name} stands at the place of {part.label}")
             if mast.intersects(yard):
-                found.append(f"The mast of {crane.name} stands in the yard")
+                result.append(f"The mast of {crane.name} stands in the yard")
             needed_m = demand.height_m(demand.as_used(crane))
             if crane.luffing is None and crane.highest_hook_m < needed_m:
-                found.append(
+                result.append(
                     f"The hook of {crane.name} reaches {crane.highest_hook_m:.1f} m; to carry every part over the "
                     f"finished building takes {needed_m:.1f} m"
                 )
@@ -193,8 +193,8 @@ class Trial:
             check_cranes(config, cranes, config.rules_in_force.crane_separation_m)
         except ConfigError as error:
             said = error.message.removeprefix(f"{error.path}: {error.key}").lstrip(": ")
-            found.append(f"{said}; {error.hint}" if error.hint else said)
-        return found
+            result.append(f"{said}; {error.hint}" if error.hint else said)
+        return result
 
 
 @dataclass(frozen=True, slots=True, eq=False)

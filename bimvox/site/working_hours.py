@@ -187,8 +187,8 @@ def public_holidays(country: str, region: str | None) -> Collection[date]:
     if region is not None and region not in known[country]:
         listed = ", ".join(known[country]) or "none"
         raise ValueError(f"region: no holidays are known of {shown(region)} in {country}; known: {listed}")
-    found: Collection[date] = holidays.country_holidays(country, subdiv=region)
-    return found
+    result: Collection[date] = holidays.country_holidays(country, subdiv=region)
+    return result
 
 
 def _both_days(span: Span) -> tuple[Span, Span]:

@@ -363,10 +363,10 @@ def brake_radius(crane: TowerCrane, radius_m: float, rate: float, acceleration: 
     low_m, high_m = jib.radii_m
     within = (radius_m, radius_m)
     for _ in range(_TRIES):
-        found = brake(radius_m, rate, acceleration, radius_limits(jib, jib.winch, *within))
-        reached = (min(radius_m, found.reach[0]), max(radius_m, found.reach[1]))
+        result = brake(radius_m, rate, acceleration, radius_limits(jib, jib.winch, *within))
+        reached = (min(radius_m, result.reach[0]), max(radius_m, result.reach[1]))
         if within[0] <= reached[0] and reached[1] <= within[1]:
-            return found
+            return result
         # A little more than needed: the next try is slower and goes further.
         more = 0.1 * (reached[1] - reached[0])
         within = (max(low_m, reached[0] - more), min(high_m, reached[1] + more))

@@ -137,13 +137,13 @@ def redirected_if_possible(
         attempt: Redirects the load at a stage, or holds it.
         refused: Why it must be held; None if it need not be.
     """
-    found: Redirected | Held | None = None
+    result: Redirected | Held | None = None
     for rule, blocked in ways:
-        found = attempt(rule, blocked if refused is None else Obstacle(refused))
-        if isinstance(found, Redirected) or refused is not None or not found.is_safe:
+        result = attempt(rule, blocked if refused is None else Obstacle(refused))
+        if isinstance(result, Redirected) or refused is not None or not result.is_safe:
             break
-    assert found is not None
-    return found
+    assert result is not None
+    return result
 
 
 def redirect(

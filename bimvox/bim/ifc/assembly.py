@@ -224,7 +224,7 @@ def anchors_without_mesh(
         origin_m: (3,) the building's local origin.
     """
     known = set(meshed)
-    found: dict[int, list[Point]] = {}
+    result: dict[int, list[Point]] = {}
     for ifc_class in _ACCESSORIES:
         for product in file.by_type(ifc_class):
             if product.id() in known or product.ObjectPlacement is None or not is_lifting_anchor(product):
@@ -233,8 +233,8 @@ def anchors_without_mesh(
             if owner is None:
                 continue
             at = placement.get_local_placement(product.ObjectPlacement)[:3, 3] * metres_per_unit - origin_m
-            found.setdefault(owner.id(), []).append(_point(at))
-    return found
+            result.setdefault(owner.id(), []).append(_point(at))
+    return result
 
 
 def _anchor_point(mesh: TriangleMesh) -> Point:

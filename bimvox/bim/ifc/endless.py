@@ -149,7 +149,7 @@ _OUTLINE = re.compile(
 def long_outlines(step: bytes) -> dict[int, int]:
     """Return the number of points of the outlines with more than ``MOST_POINTS``, by step id."""
     ends = np.flatnonzero(np.frombuffer(step, np.uint8) == ord(";"))
-    found: dict[int, int] = {}
+    result: dict[int, int] = {}
     for n in np.flatnonzero(np.diff(ends, prepend=-1) > MOST_POINTS * _SHORTEST_POINT).tolist():
         instance = step[int(ends[n - 1]) + 1 if n else 0 : int(ends[n])]
         outline = _OUTLINE.match(instance)
@@ -157,8 +157,8 @@ def long_outlines(step: bytes) -> dict[int, int]:
             commas = instance.count(b",") + 1
             points = commas // 2 if outline[2].upper() == b"IFCCARTESIANPOINTLIST2D" else commas
             if points > MOST_POINTS:
-                found[int(outline[1])] = points
-    return found
+                result[int(outline[1])] = points
+    return result
 
 
 def endless_products(file: Any, outlines: Mapping[int, int], step_ids: Collection[int]) -> dict[int, str]:

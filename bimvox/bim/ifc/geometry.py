@@ -341,7 +341,7 @@ class GeometryPool:
 
     def select_each(self, queries: Sequence[str]) -> list[Selected]:
         """Return what each query matches, or the error about it. A worker finds it: a pattern may never end."""
-        found: list[Selected] = []
+        result: list[Selected] = []
         worker = None
         for query in queries:
             worker = worker or self._server.new_worker()
@@ -359,10 +359,10 @@ class GeometryPool:
                 why = f"not finished within {SELECT_LIMIT_S:g} s" if is_late else "the selector crashed"
                 hint = _SLOW if is_late else "simplify the query"
                 answer = SelectionError(f"select {shown(query)}: {why}", hint=hint)
-            found.append(answer)
+            result.append(answer)
         if worker is not None:
             self._server.bury(worker)
-        return found
+        return result
 
     def _staff(self, todo: deque[Task]) -> None:
         """Fork workers if there is work for them, and keep each of them busy."""

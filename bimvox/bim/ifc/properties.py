@@ -176,8 +176,8 @@ def stated_casting(sets: Mapping[str, Mapping[str, Any]]) -> Casting | None:
     for name, properties in sets.items():
         for key, value in properties.items():
             is_stated = _plain_key(key) in _STATED and isinstance(value, str)
-            if is_stated and (found := casting_by_name(value)) is not None:
-                return found
+            if is_stated and (result := casting_by_name(value)) is not None:
+                return result
         if name.startswith(_PRECAST_SET):
             return Casting.PRECAST
     return None

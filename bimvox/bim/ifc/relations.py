@@ -141,19 +141,19 @@ def _type(task: Any) -> str:
 
 def _assigned(file: Any, tasks: set[int]) -> dict[int, set[int]]:
     """Return step ids of the tasks by step id of the product."""
-    found: dict[int, set[int]] = {}
+    result: dict[int, set[int]] = {}
     pairs = [(r.RelatingProduct, r.RelatedObjects) for r in file.by_type("IfcRelAssignsToProduct")]
     for product, related in pairs:
         for task in related or ():
             if product is not None and product.is_a("IfcProduct") and task.id() in tasks:
-                found.setdefault(product.id(), set()).add(task.id())
+                result.setdefault(product.id(), set()).add(task.id())
     for relation in file.by_type("IfcRelAssignsToProcess"):
         task = relation.RelatingProcess.id()
         for product in relation.RelatedObjects or () if task in tasks else ():
             # A crane is an input of a task; the task does not set it.
             if product.is_a("IfcElement") and not product.is_a("IfcTransportElement"):
-                found.setdefault(product.id(), set()).add(task)
-    return found
+                result.setdefault(product.id(), set()).add(task)
+    return result
 
 
 def _ranks(file: Any, tasks: list[int]) -> tuple[dict[int, int], tuple[str, ...]]:
@@ -180,20 +180,20 @@ def _nested(file: Any) -> Iterable[tuple[int, int]]:
 
 def _starts(file: Any) -> Mapping[int, str]:
     """Return the scheduled start by step id of the task, as text that sorts by time."""
-    found: dict[int, str] = {}
+    result: dict[int, str] = {}
     for task in file.by_type("IfcTask"):
         time = getattr(task, "TaskTime", None)
         start = getattr(time, "ScheduleStart", None) if time is not None else None
         if isinstance(start, str) and start:
-            found[task.id()] = start
+            result[task.id()] = start
     if file.schema == "IFC2X3":
         for relation in file.by_type("IfcRelAssignsTasks"):
             times = relation.TimeForTask
             start = _written(times.ScheduleStart) if times is not None and times.ScheduleStart is not None else ""
             for task in relation.RelatedObjects or ():
                 if start:
-                    found[task.id()] = start
-    return found
+                    result[task.id()] = start
+    return result
 
 
 def _written(moment: Any) -> str:

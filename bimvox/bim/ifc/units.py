@@ -109,10 +109,10 @@ def project_units(path: Path, project: Any) -> dict[str, Any]:
         IfcError: If one of them cannot be converted into SI units.
     """
     assignment = project.UnitsInContext
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for unit in assignment.Units if assignment else ():
         kind = getattr(unit, "UnitType", None)
-        if kind not in _USED or kind in found:
+        if kind not in _USED or kind in result:
             continue
         if si_scale(unit) is None:
             raise IfcError(
@@ -120,8 +120,8 @@ def project_units(path: Path, project: Any) -> dict[str, Any]:
                 f"its {kind} {shown(str(unit))} cannot be converted into SI units",
                 hint="export the model again, in metres or millimetres",
             )
-        found[kind] = unit
-    return found
+        result[kind] = unit
+    return result
 
 
 def si_scale(unit: Any) -> float | None:
@@ -165,7 +165,7 @@ def georeference_of(file: Any, metres_per_unit: float) -> dict[str, str | float]
         file: The ``ifcopenshell.file``.
         metres_per_unit: The project's length unit in metres; eastings use it if the map does not state a unit.
     """
-    found: dict[str, str | float] = {}
+    result: dict[str, str | float] = {}
     if file.schema == "IFC2X3":
         conversion, crs = _ifc2x3_set(file, "MapConversion"), _ifc2x3_set(file, "ProjectedCRS")
         values = [_number(conversion.get(key)) for key in ("Eastings", "Northings", "OrthogonalHeight")]
@@ -178,23 +178,23 @@ def georeference_of(file: Any, metres_per_unit: float) -> dict[str, str | float]
         axis, scale = ([], 1.0) if stated is None else ([float(stated.xaa), float(stated.xao)], float(stated.scale))
     if any(values):
         metres = _map_unit_m(crs.get("MapUnit")) or metres_per_unit
-        found["eastings_m"], found["northings_m"], found["height_m"] = (value * metres for value in values)
-        found["x_axis_yaw_rad"] = _angle(*(axis if any(axis) else (1.0, 0.0)))
-        found["scale"] = scale
+        result["eastings_m"], result["northings_m"], result["height_m"] = (value * metres for value in values)
+        result["x_axis_yaw_rad"] = _angle(*(axis if any(axis) else (1.0, 0.0)))
+        result["scale"] = scale
     if crs.get("Name"):
-        found["crs"] = str(crs["Name"])
+        result["crs"] = str(crs["Name"])
     for context in file.by_type("IfcGeometricRepresentationContext", include_subtypes=False):
         if context.TrueNorth is not None and context.CoordinateSpaceDimension == 3:
             east, north = context.TrueNorth.DirectionRatios[:2]
-            found["true_north_rad"] = _angle(float(north), -float(east))
+            result["true_north_rad"] = _angle(float(north), -float(east))
             break
     for site in file.by_type("IfcSite")[:1]:
         if site.RefLatitude and site.RefLongitude:
-            found["latitude_deg"] = _degrees(site.RefLatitude)
-            found["longitude_deg"] = _degrees(site.RefLongitude)
+            result["latitude_deg"] = _degrees(site.RefLatitude)
+            result["longitude_deg"] = _degrees(site.RefLongitude)
         if site.RefElevation is not None:
-            found["elevation_m"] = float(site.RefElevation) * metres_per_unit
-    return found
+            result["elevation_m"] = float(site.RefElevation) * metres_per_unit
+    return result
 
 
 def _ifc2x3_set(file: Any, name: str) -> dict[str, Any]:

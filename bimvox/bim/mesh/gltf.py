@@ -206,17 +206,17 @@ class _GltfData:
         return value
 
     def _of(self, value: dict[str, Any], key: str, kind: type) -> Any:
-        found = value.get(key, kind())
-        if not isinstance(found, kind):
+        result = value.get(key, kind())
+        if not isinstance(result, kind):
             raise damaged(self.path, f"{key} has the wrong type")
-        return found
+        return result
 
     def _count(self, value: dict[str, Any], key: str, where: str) -> int:
         """Return an integer of at least 0; 0 if it is left out."""
-        found = value.get(key, 0)
-        if not isinstance(found, int) or isinstance(found, bool) or not 0 <= found < 2**48:
+        result = value.get(key, 0)
+        if not isinstance(result, int) or isinstance(result, bool) or not 0 <= result < 2**48:
             raise damaged(self.path, f"{where}.{key} is not a count: a whole number from 0 up")
-        return found
+        return result
 
 
 _POINTS, _TRIANGLES, _STRIP, _FAN = 0, 4, 5, 6

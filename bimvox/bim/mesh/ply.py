@@ -247,8 +247,8 @@ def _whole_array(corners: NDArray[Any]) -> NDArray[np.int64]:
 
 
 def _whole(corners: NDArray[Any]) -> list[int]:
-    found: list[int] = _whole_array(np.atleast_1d(corners)).tolist()
-    return found
+    result: list[int] = _whole_array(np.atleast_1d(corners)).tolist()
+    return result
 
 
 def _of_strip(strip: list[int]) -> list[list[int]]:

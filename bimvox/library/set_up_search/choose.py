@@ -44,25 +44,25 @@ def closer(search: Search, lattice: Sequence[Tried], members: int) -> list[Tried
     ``lattice``: machines on their places, as ``Search.tried`` yields them; ``members``: how many set-ups are planned.
     """
     most = max((one.served for one in lattice if one.crane is not None), default=0)
-    found = list(lattice)
-    able = [n for n, one in enumerate(found) if one.served == most and one.crane is not None]
+    result = list(lattice)
+    able = [n for n, one in enumerate(result) if one.served == most and one.crane is not None]
     for own in _by_machine(lattice, able):
-        found[own[0]] = _timed(search, lattice[own[0]])
-        longer = _moving_s(search, found[own[0]]) / max(_moving_s(search, lattice[own[0]]), 1e-9)
+        result[own[0]] = _timed(search, lattice[own[0]])
+        longer = _moving_s(search, result[own[0]]) / max(_moving_s(search, lattice[own[0]]), 1e-9)
         for n in own[1:]:
             quick_s = _moving_s(search, lattice[n])
-            found[n] = search.taking(lattice[n], lattice[n].crane_s + (longer - 1.0) * quick_s)
+            result[n] = search.taking(lattice[n], lattice[n].crane_s + (longer - 1.0) * quick_s)
     while True:
-        fastest = [found[n] for n in sorted(able, key=lambda n: found[n].crane_s)[:_FASTEST]]
-        untimed = {id(one) for one in (*fastest, *to_plan(found, front_of(found), members)) if not one.lifts}
-        closely = [n for n in able if id(found[n]) in untimed]
+        fastest = [result[n] for n in sorted(able, key=lambda n: result[n].crane_s)[:_FASTEST]]
+        untimed = {id(one) for one in (*fastest, *to_plan(result, front_of(result), members)) if not one.lifts}
+        closely = [n for n in able if id(result[n]) in untimed]
         if not closely:
             break
         for n in closely:
-            found[n] = _timed(search, found[n])
-    for own in _by_machine(found, able)[:_MACHINES]:
-        found[own[0]] = better_placed(search, found[own[0]])
-    return found
+            result[n] = _timed(search, result[n])
+    for own in _by_machine(result, able)[:_MACHINES]:
+        result[own[0]] = better_placed(search, result[own[0]])
+    return result
 
 
 def better_placed(search: Search, one: Tried) -> Tried:
@@ -130,15 +130,15 @@ def _fastest(places: Sequence[Tried], search: Search, most: int, best: Tried | N
     """Return so many of the fastest of places, not next to the best one or to each other, all of them timed."""
     left = list(places)
     while True:
-        found: list[Tried] = []
+        result: list[Tried] = []
         left.sort(key=lambda one: (-one.served, one.crane_s))
         for one in left:
-            taken = found if best is None else (best, *found)
-            if len(found) < most and all(_gap_m(one, other) >= _APART_M for other in taken):
-                found.append(one)
-        if all(one.lifts == LIFTS for one in found):
-            return found
-        left = [_timed(search, one) if one in found and one.lifts < LIFTS else one for one in left]
+            taken = result if best is None else (best, *result)
+            if len(result) < most and all(_gap_m(one, other) >= _APART_M for other in taken):
+                result.append(one)
+        if all(one.lifts == LIFTS for one in result):
+            return result
+        left = [_timed(search, one) if one in result and one.lifts < LIFTS else one for one in left]
 
 
 def _gap_m(one: Tried, other: Tried) -> float:

@@ -101,14 +101,14 @@ def _above_what_is_below(site: Site, own: Sequence[_Columns], margin: int) -> ND
     placed = [target_cells(part) for part in site.components]
     for cells in (*existing, *placed):
         taken[tuple(cells.T)] = True
-    found = np.zeros(len(own), np.int64)
+    result = np.zeros(len(own), np.int64)
     for n, (on_plan, bottoms, _) in enumerate(own):
         for gap in range(margin):
             below = bottoms - 1 - gap
             if taken[(*on_plan[below >= 0].T, below[below >= 0])].any():
-                found[n] = margin - gap
+                result[n] = margin - gap
                 break
-    return found
+    return result
 
 
 def _beside(own: Sequence[_Columns], always: NDArray[np.int64], margin: int) -> dict[tuple[int, int], tuple[int, int]]:
@@ -118,14 +118,14 @@ def _beside(own: Sequence[_Columns], always: NDArray[np.int64], margin: int) -> 
     """
     corners = np.array([[one.on_plan.min(axis=0), one.on_plan.max(axis=0)] for one in own]).reshape(-1, 2, 2)
     over = [_tops_around(one, margin) for one in own]
-    found: dict[tuple[int, int], tuple[int, int]] = {}
+    result: dict[tuple[int, int], tuple[int, int]] = {}
     for a, (low, high) in enumerate(corners):
         near = ((low <= corners[:, 1] + margin) & (corners[:, 0] <= high + margin)).all(axis=1)
         for b in (np.flatnonzero(near[a + 1 :]) + a + 1).tolist():
             ways = _onto(own[a], over[b], margin), _onto(own[b], over[a], margin)
             if ways[0] > always[a] and ways[1] > always[b]:
-                found[a, b] = ways
-    return found
+                result[a, b] = ways
+    return result
 
 
 def _tops_around(one: _Columns, margin: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -295,7 +295,7 @@ def _there_s(
         ]
     )
     hangs_m = crane.jib_height_m - work.tops_m + 0.5 * work.heights_m
-    found = np.full(across_s.shape, np.inf)
+    result = np.full(across_s.shape, np.inf)
     for climb_m, higher_m in pairwise(_CLIMBS_M):
         over_m = np.maximum(climb_m, down_m)
         up_m = np.maximum(ups_m + over_m, loose.raised_m)
@@ -303,8 +303,8 @@ def _there_s(
             one.hoisting_s(np.array(ways_m)).sum() for one, *ways_m in zip(winches_of, up_m, over_m, strict=True)
         ]
         shaped_s = _shaped_s(hangs_m - higher_m, loose) * (across_s > 0.0)
-        found = np.minimum(found, np.maximum(across_s + shaped_s + alone_s, np.array(hoist_s)))
-    return found
+        result = np.minimum(result, np.maximum(across_s + shaped_s + alone_s, np.array(hoist_s)))
+    return result
 
 
 def _across_s(

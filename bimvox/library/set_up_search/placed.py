@@ -112,9 +112,9 @@ class Picks:
         First as it is built, then turned by a quarter. A part that is larger than the yard may lie anywhere.
         """
         points = shapely.points(points_m)
-        found = np.array([[shapely.distance(room, points) <= near_m for room in some] for some in self._rooms.T])
-        found[:, shapely.is_empty(self._rooms).all(axis=1)] = True
-        return found
+        result = np.array([[shapely.distance(room, points) <= near_m for room in some] for some in self._rooms.T])
+        result[:, shapely.is_empty(self._rooms).all(axis=1)] = True
+        return result
 
     def is_turned(self, n: int, crane: TowerCrane, far_m: float) -> bool:
         """Return whether a part lies turned by a quarter, since a crane carries it no further than to a radius."""
@@ -176,11 +176,11 @@ def rooms_of(yard: Sequence[Polygon], components: Sequence[Component], cell_m: f
             rooms.append(known[key])
         return rooms[0] if len(rooms) == 1 else shapely.union_all(rooms)
 
-    found = np.empty((len(components), 2), np.object_)
+    result = np.empty((len(components), 2), np.object_)
     for n, part in enumerate(components):
         given = part.stored_turn
-        found[n] = (lying(part, 0), lying(part, 1)) if given is None else (lying(part, given),) * 2
-    return found
+        result[n] = (lying(part, 0), lying(part, 1)) if given is None else (lying(part, given),) * 2
+    return result
 
 
 def room_in(area: BaseGeometry, around_m: NDArray[np.float64]) -> BaseGeometry:

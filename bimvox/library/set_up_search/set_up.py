@@ -187,9 +187,9 @@ def ends(front: Sequence[Any], goals: Callable[[Any], Goals], group: Callable[[A
 
     Each only once.
     """
-    found: list[Any] = []
+    result: list[Any] = []
     if not front:
-        return found
+        return result
 
     def least(among: Sequence[Any], goal: int) -> Any:
         return min(among, key=lambda one: (goals(one)[goal], goals(one)))
@@ -197,9 +197,9 @@ def ends(front: Sequence[Any], goals: Callable[[Any], Goals], group: Callable[[A
     groups = [[one for one in front if group(one) == name] for name in dict.fromkeys(map(group, front))]
     every = [*(least(front, goal) for goal in range(3)), *(least(among, goal) for goal in (0, 1) for among in groups)]
     for one in every:
-        if one not in found:
-            found.append(one)
-    return found
+        if one not in result:
+            result.append(one)
+    return result
 
 
 def why_lost(one: Tried, front: Sequence[Tried]) -> str:

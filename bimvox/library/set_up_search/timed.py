@@ -88,8 +88,8 @@ class Ways:
         )
         near = ((lows_m < high_m.max(axis=0)) & (highs_m > low_m.min(axis=0))).all(axis=1)
         passed = ((lows_m[near] < high_m[:, None]) & (highs_m[near] > low_m[:, None])).all(axis=2)
-        found: NDArray[np.float64] = (passed * tops_m[near]).max(axis=1, initial=0.0)
-        return found
+        result: NDArray[np.float64] = (passed * tops_m[near]).max(axis=1, initial=0.0)
+        return result
 
     def raised_to_turn_m(self, n: int, at_m: NDArray[np.float64]) -> float:
         """Return how high a part must be raised above (2,) its pick to be turned above all that is built by then."""
@@ -366,5 +366,5 @@ def _reached_s(timeline: Timeline, n: int, shares: NDArray[np.float64]) -> NDArr
     move, time_s = timeline.moves[n], np.linspace(0.0, timeline.course.duration_s[n], SAMPLES)
     axis = int(np.argmax(np.abs(move.difference)))
     along = timeline.axes_at(time_s + timeline.start_s[n])[:, axis]
-    found: NDArray[np.float64] = np.interp(shares, (along - along[0]) / move.difference[axis], time_s)
-    return found
+    result: NDArray[np.float64] = np.interp(shares, (along - along[0]) / move.difference[axis], time_s)
+    return result

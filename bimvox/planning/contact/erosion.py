@@ -57,9 +57,9 @@ def thicknesses_m(
     if not 0 < len(triangles_m) <= _MOST_TRIANGLES:
         return np.full(len(triangles_m), np.inf)
     order = order_along_curve(triangles_m.mean(axis=1))
-    ordered_m, found = triangles_m[order], np.empty(len(order))
-    found[order] = _thicknesses(ordered_m, inward[order], corners[order], tree_boxes(ordered_m), reach_m)
-    return found
+    ordered_m, result = triangles_m[order], np.empty(len(order))
+    result[order] = _thicknesses(ordered_m, inward[order], corners[order], tree_boxes(ordered_m), reach_m)
+    return result
 
 
 @kernel
@@ -240,12 +240,12 @@ def _outward(
     piece = connected_labels(len(vertices_m), first, second)[faces[:, 0]]
     _, edge = np.unique(np.minimum(first, second) * len(vertices_m) + np.maximum(first, second), return_inverse=True)
     is_open = np.bincount(edge.reshape(-1), weights=np.sign(second - first)) != 0
-    found = np.full(len(faces), of_mesh)
+    result = np.full(len(faces), of_mesh)
     for number in np.unique(piece[is_open[edge].reshape(-1, 3).any(axis=1)]):
         own = piece == number
         triangles = vertices_m[faces[own]]
         middle = (triangles.min(axis=(0, 1)) + triangles.max(axis=(0, 1))) / 2.0
         gap = np.linalg.norm(areas[own].sum(axis=0)) / np.linalg.norm(areas[own], axis=1).sum()
         volume = np.einsum("ij,ij->", triangles[:, 0] - middle, areas[own])
-        found[own] = np.sign(volume) if gap <= _SMALL_GAP else 0.0
-    return found
+        result[own] = np.sign(volume) if gap <= _SMALL_GAP else 0.0
+    return result

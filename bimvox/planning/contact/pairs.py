@@ -60,8 +60,8 @@ def _first_of_bodies(triangles_m: NDArray[np.float64]) -> NDArray[np.int64]:
     ends, count = np.concatenate([faces[:, :2], faces[:, 1:]]).T, int(faces.max()) + 1
     body = connected_labels(count, *ends)
     _, first = np.unique(body[faces[:, 0]], return_index=True)
-    found: NDArray[np.int64] = first.astype(np.int64)
-    return found
+    result: NDArray[np.int64] = first.astype(np.int64)
+    return result
 
 
 def collision_object(triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
@@ -141,9 +141,9 @@ class Contacts:
 
         Only the list changes: the moves are still tested as the pairs are drawn, and the proof decides about each lift.
         """
-        found = copy(self)
-        found.clashes = tuple(clash for clash in self.clashes if clash in clashes)
-        return found
+        result = copy(self)
+        result.clashes = tuple(clash for clash in self.clashes if clash in clashes)
+        return result
 
     def triangles_m(self, solid: int) -> NDArray[np.float64]:
         """Return the true triangles of a solid, (F, 3, 3) float64."""

@@ -105,14 +105,14 @@ def _bounds(
     triangles_m: NDArray[np.float64], shift_m: NDArray[np.float64], move: tuple[int, int]
 ) -> NDArray[np.float64]:
     """Return (2, 3) lowest and highest coordinates as seen along the move."""
-    found = np.empty((2, 3))
-    found[0], found[1] = np.inf, -np.inf
+    result = np.empty((2, 3))
+    result[0], result[1] = np.inf, -np.inf
     for n in range(triangles_m.shape[0]):
         for corner in range(3):
             for k in range(3):
                 value = _seen_along(triangles_m[n], shift_m, move, corner, k)
-                found[0, k], found[1, k] = min(found[0, k], value), max(found[1, k], value)
-    return found
+                result[0, k], result[1, k] = min(result[0, k], value), max(result[1, k], value)
+    return result
 
 
 @kernel

@@ -305,15 +305,15 @@ class _Disassembly:
 
     def _relying(self, index: int) -> set[int]:
         """Return the parts that rest on a part, directly or through others."""
-        found: set[int] = set()
+        result: set[int] = set()
         stack = [index]
         while stack:
             here = stack.pop()
             for i, below in enumerate(self._relations.supports):
-                if here in below and i not in found:
-                    found.add(i)
+                if here in below and i not in result:
+                    result.add(i)
                     stack.append(i)
-        return found
+        return result
 
     def _notes(self, group: Sequence[int], sideways: Sequence[int], stuck: Sequence[int]) -> tuple[str, ...]:
         notes = []

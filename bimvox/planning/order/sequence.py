@@ -131,13 +131,13 @@ def levels_of(components: Sequence[Component], supports: Sequence[Sequence[int]]
 
 def _bounds_m(feet_m: Sequence[float]) -> list[tuple[float, float]]:
     """Return the lowest and the highest foot of each level, ascending."""
-    found: list[tuple[float, float]] = []
+    result: list[tuple[float, float]] = []
     for foot_m in sorted(feet_m):
-        if found and foot_m - found[-1][1] <= _STEP_M and foot_m - found[-1][0] <= _SPAN_M:
-            found[-1] = (found[-1][0], foot_m)
+        if result and foot_m - result[-1][1] <= _STEP_M and foot_m - result[-1][0] <= _SPAN_M:
+            result[-1] = (result[-1][0], foot_m)
         else:
-            found.append((foot_m, foot_m))
-    return found
+            result.append((foot_m, foot_m))
+    return result
 
 
 # Erection stages: the preferred order of the parts, as far as geometry permits.

@@ -224,5 +224,5 @@ def _inward(corners: NDArray[np.float64], pieces: NDArray[np.int64]) -> NDArray[
     for piece in np.flatnonzero(volumes < 0.0):
         around = (low <= low[piece]).all(axis=1) & (high >= high[piece]).all(axis=1)
         inward[piece] = not (around & (volumes > -volumes[piece])).any()
-    found: NDArray[np.bool_] = inward[number]
-    return found
+    result: NDArray[np.bool_] = inward[number]
+    return result

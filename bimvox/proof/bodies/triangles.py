@@ -265,11 +265,11 @@ class TriangleCheck:
         """Return a test of whether the true surfaces of two solids cross or touch, for positions of the first."""
 
         def crosses(offsets_m: NDArray[np.float64]) -> NDArray[np.bool_]:
-            part, found = self._moved(moving), np.zeros(len(offsets_m), np.bool_)
+            part, result = self._moved(moving), np.zeros(len(offsets_m), np.bool_)
             for n, offset_m in enumerate(offsets_m):
                 part.setTransform(fcl.Transform(turn, offset_m))
-                found[n] = fcl.collide(part, self._fixed(fixed))
-            return found
+                result[n] = fcl.collide(part, self._fixed(fixed))
+            return result
 
         return crosses
 
@@ -464,8 +464,8 @@ def _reach_into(corners_m: NDArray[np.float64], low_m: float, high_m: float) -> 
     """Return which triangles, by (F, 3) one coordinate of their corners, reach into a range."""
     one, two, three = corners_m.T
     lowest, highest = np.minimum(np.minimum(one, two), three), np.maximum(np.maximum(one, two), three)
-    found: NDArray[np.bool_] = (lowest <= high_m + _ROUNDING_M) & (highest >= low_m - _ROUNDING_M)
-    return found
+    result: NDArray[np.bool_] = (lowest <= high_m + _ROUNDING_M) & (highest >= low_m - _ROUNDING_M)
+    return result
 
 
 def _object_between(mesh: TriangleMesh, low_m: float, high_m: float) -> fcl.CollisionObject:

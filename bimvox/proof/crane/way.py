@@ -247,18 +247,18 @@ def _hung_by(site: Site, crane: TowerCrane, motions: Sequence[LiftMotion]) -> tu
 def _swing_of(site: Site, crane: TowerCrane, motion: LiftMotion) -> list[NDArray[np.float64]]:
     """Return (2, K) times (ns) and amplitudes (m), one array for each piece of the motion."""
     component = site.components[motion.component]
-    found = []
+    result = []
     for way, load in ((motion.approach, None), (motion.loaded, component), (motion.departure, None)):
         below_m = hanging_m(site, crane, load)
         if way is None or below_m is None:
             continue
         for swung in swung_parts(crane, motion, way, below_m):
             at_ns = motion.start_ns + 1e9 * swung.time_s
-            found.append(np.stack([at_ns, swung.amplitude_m]))
+            result.append(np.stack([at_ns, swung.amplitude_m]))
             # A held load keeps swinging until it is brought to rest before the crane resumes.
             held_ns = next((end for begin, end in motion.stops_ns if begin < at_ns[-1] < end), float(at_ns[-1]))
-            found.append(np.array([[held_ns, held_ns + 1.0], [swung.amplitude_m[-1], 0.0]]))
-    return found
+            result.append(np.array([[held_ns, held_ns + 1.0], [swung.amplitude_m[-1], 0.0]]))
+    return result
 
 
 class Stops:

@@ -334,7 +334,7 @@ def weaker_rules(rules: Rules, *, has_crane: bool) -> list[str]:
     ``has_crane``: whether it has a crane: some defaults are for cranes only.
     """
     default = RulesConfig().rules(has_crane=has_crane)
-    found = [
+    result = [
         f"{key} = {_written(own)} (default: {_written(usual)})"
         for key, own, usual in _pairs("", rules, default)
         if _is_weaker(key.rpartition(".")[2], own, usual)
@@ -346,8 +346,8 @@ def weaker_rules(rules: Rules, *, has_crane: bool) -> list[str]:
             for work in fields(default.times)
         )
         if own is not None and own < most_s:
-            found.append(f"{key} = {_written(own)} (default: by class of work, up to {_written(most_s)})")
-    return found
+            result.append(f"{key} = {_written(own)} (default: by class of work, up to {_written(most_s)})")
+    return result
 
 
 def _pairs(prefix: str, own: Any, usual: Any) -> Iterator[tuple[str, Any, Any]]:

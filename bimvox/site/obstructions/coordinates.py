@@ -149,8 +149,8 @@ def _meets_site(bounds_m: NDArray[np.float64], matrix: NDArray[np.float64], site
     x, y = bounds_m[:, :, 0], bounds_m[:, :, 1]
     corners = np.stack([x[:, [0, 0, 1, 1]], y[:, [0, 1, 0, 1]]], axis=2) @ matrix[:2, :2].T + matrix[:2, 3]
     low_m, high_m = site.frame.corner_of([0, 0, 0])[:2], site.frame.corner_of(np.array(site.shape))[:2]
-    found: NDArray[np.bool_] = ((corners.max(axis=1) > low_m) & (corners.min(axis=1) < high_m)).all(axis=1)
-    return found
+    result: NDArray[np.bool_] = ((corners.max(axis=1) > low_m) & (corners.min(axis=1) < high_m)).all(axis=1)
+    return result
 
 
 def _bounds_m(rows: Rows) -> NDArray[np.float64]:

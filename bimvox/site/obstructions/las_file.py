@@ -60,14 +60,14 @@ class _LasCrs:
 
 def _las_crs(records: Iterator[tuple[bytes, int, bytes]]) -> _LasCrs:
     """Return what the variable length records of a LAS file (user id, record id, content) state."""
-    found = _LasCrs()
+    result = _LasCrs()
     for user, number, content in records:
         if user == b"LASF_Projection" and number == _WKT:
             # The specification prefers WKT where both are given.
             return _of_wkt(content.partition(b"\0")[0].decode("utf-8", "replace"))
         if user == b"LASF_Projection" and number == _GEO_KEYS:
-            found = _of_keys(content)
-    return found
+            result = _of_keys(content)
+    return result
 
 
 def _of_keys(content: bytes) -> _LasCrs:
@@ -100,15 +100,15 @@ def _of_wkt(text: str) -> _LasCrs:
 
 def _last_length(text: str) -> float | None:
     """Return the last unit of length in a WKT, in metres; None if there is none."""
-    found = None
+    result = None
     for name, factor in _UNIT_IN_WKT.findall(text):
         try:
             metres = float(factor)
         except ValueError:
             continue
         if not re.search("(?i)deg|grad|rad|gon|unity|scale", name) and _LENGTHS_M[0] <= metres <= _LENGTHS_M[1]:
-            found = metres
-    return found
+            result = metres
+    return result
 
 
 def _name(metres: float) -> str:

@@ -106,13 +106,13 @@ class _Grid:
 
     def meets(self, start: NDArray[np.int64], stop: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return on which axes ranges in the wide grid reach into the grid."""
-        found: NDArray[np.bool_] = (start < np.array(self.shape) + self.grow_vox) & (stop > self.grow_vox)
-        return found
+        result: NDArray[np.bool_] = (start < np.array(self.shape) + self.grow_vox) & (stop > self.grow_vox)
+        return result
 
     def leaves(self, start: NDArray[np.int64], stop: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return on which axes ranges in the wide grid reach out of the grid."""
-        found: NDArray[np.bool_] = (start < self.grow_vox) | (stop > np.array(self.shape) + self.grow_vox)
-        return found
+        result: NDArray[np.bool_] = (start < self.grow_vox) | (stop > np.array(self.shape) + self.grow_vox)
+        return result
 
     def grown(self, start: NDArray[np.int64], stop: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return first cells and sizes, in the grid and with the clearance, of ranges in the wide grid."""
@@ -159,8 +159,8 @@ def _cylinders(rows: Rows, numbers: NDArray[np.int64], grid: _Grid) -> Iterator[
             nearest_m = np.clip(centre_m, corner_m + TOLERANCE_M, corner_m + cell_m - TOLERANCE_M)
             own = (cell >= start[of, :2]) & (cell < stop[of, :2])
             away_m = np.where(own, np.minimum(away_m, np.abs(nearest_m - centre_m)), away_m)
-        found: NDArray[np.bool_] = np.hypot(*away_m.T) < np.maximum(radius_m, 2 * TOLERANCE_M)[of]
-        return found
+        result: NDArray[np.bool_] = np.hypot(*away_m.T) < np.maximum(radius_m, 2 * TOLERANCE_M)[of]
+        return result
 
     columns, of = _columns(start, stop - start)
     columns, of = columns[hit := met(columns, of, 0)], of[hit]
