@@ -39,15 +39,15 @@ def lift_problems(
         NoPlanError: If no part can be lifted.
     """
     insist("lift_problems", site, (LoadedSite, Plan, str, PathLike), "site, a plan or the path of a site file")
-    told, number = progress_of(progress), whole("seed", seed, 0) or 0
+    reporter, number = progress_of(progress), whole("seed", seed, 0) or 0
     if not isinstance(site, LoadedSite | Plan):
-        site = load_site(path_of("lift_problems", site, "a site file"), told)
+        site = load_site(path_of("lift_problems", site, "a site file"), reporter)
     if isinstance(site, Plan):
         built, preparation = site.site, site.preparation or preparation_in(site.record.whole_plan)
     else:
-        built, preparation = prepared(site.site, told, free=may_go_to_others(site))
-    found = training_problems(built, preparation, number, told, as_it_is=True)
-    told.finish()
+        built, preparation = prepared(site.site, reporter, free=may_go_to_others(site))
+    found = training_problems(built, preparation, number, reporter, as_it_is=True)
+    reporter.finish()
     learnable = tuple(problem for problem in found if is_learnable(problem))
     if not learnable:
         raise NoPlanError("no part of the site can be lifted", hint="plan(site) says why, part by part")
@@ -83,9 +83,9 @@ def live_job(
         FileError: If the tracks cannot be used; names the line or the key.
     """
     insist("live_job", plan, Plan, "plan")
-    told, begin, most = progress_of(progress), whole("first", first, 1) or 1, whole("count", count, 1) or 1
+    reporter, begin, most = progress_of(progress), whole("first", first, 1) or 1, whole("count", count, 1) or 1
     ways = whole("ways", ways, 1) or 1
-    preparation = plan.preparation or prepared(plan.site, told)[1]
+    preparation = plan.preparation or prepared(plan.site, reporter)[1]
     job = job_of(plan.record.plan, preparation, plan.motions, begin - 1, most, ways)
     if tracks is None:
         return job

@@ -62,12 +62,12 @@ def export(
         FileError: If a file cannot be read or written.
     """
     insist("export", what, (Plan, VoxelGrid, str, PathLike), "plan, a grid or the path of a log")
-    told, target = progress_of(progress), path_of("export", path)
+    reporter, target = progress_of(progress), path_of("export", path)
     if isinstance(what, VoxelGrid):
         if lifts is not None or model is not None or start is not None:
             raise InputError("a grid has no lifts", hint="leave lifts, model and start out")
         wanted = _format(Source.GRID, to, target)
-        write_grid(what, wanted, check_output(target), progress=told)
+        write_grid(what, wanted, check_output(target), progress=reporter)
     else:
         wanted = _format(Source.LOG, to, target)
         inputs = [] if isinstance(what, Plan) else [path_of("export", what, "a log")]
@@ -75,17 +75,17 @@ def export(
         check_targets(target, wanted, [*inputs, *([base] if base else [])])
         plan = what if isinstance(what, Plan) else Plan(read_log(inputs[0]))
         plan.require_sense("exported")
-        told.stage("write")
+        reporter.stage("write")
         if wanted.name == "page":
             require_whole_log(target, lifts is not None)
             write_page_data(PageSource((revision_of_plan(plan),)), target, inputs=inputs)
-            told.finish()
+            reporter.finish()
             return target
         names = [str(one) for one in (lifts if lifts is not None else ())]
         write_lifts(
-            plan.record, wanted, chosen_lifts(plan.record, names), target, begins=start, model=base, note=told.note
+            plan.record, wanted, chosen_lifts(plan.record, names), target, begins=start, model=base, note=reporter.note
         )
-    told.finish()
+    reporter.finish()
     return target
 
 

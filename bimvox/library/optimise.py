@@ -107,26 +107,26 @@ def optimise(
         InputError: If the site has several cranes or none, no machine serves any part, or an argument is impossible.
         BimvoxError: If the site file or its model cannot be used, or the given set-up has no plan.
     """
-    told, path = progress_of(progress), path_of("optimise", site, "a site file")
+    reporter, path = progress_of(progress), path_of("optimise", site, "a site file")
     crane = text("crane", crane, "give the name of a crane: hammerhead, luffing, mobile, or a machine of the catalogue")
     whole("plans", plans, 1), whole("trials", trials, 0), whole("cranes", cranes, 1), whole("jobs", jobs, 1)
     machines = catalogue() if crane is None else machines_called(crane)
-    read = read_site(path, told)
+    read = read_site(path, reporter)
     placed = PlacedSite(read.config, read.building)
     effort = Effort(members=plans, yards=trials, cranes=cranes)
-    found = search_set_ups(placed, str(path), machines, effort, None, told)
+    found = search_set_ups(placed, str(path), machines, effort, None, reporter)
     (own,) = cranes_of(read.config)
     given_machine = machine_of_crane(own)
     given = _planned(
-        _loaded(read, read.config, told), given_machine.name, found.search.rates(given_machine), jobs, told
+        _loaded(read, read.config, reporter), given_machine.name, found.search.rates(given_machine), jobs, reporter
     )
     budget = read.config.costs.budget
 
     planned: list[tuple[SetUp, dict[str, Any]]] = []
 
     def documents_of(ones: Sequence[Tried]) -> list[dict[str, Any]]:
-        sites = ((one, _loaded(read, with_set_up(placed, one), told)) for one in ones[len(planned) :])
-        planned.extend(_tried(site, one, found.search, jobs, told) for one, site in sites)
+        sites = ((one, _loaded(read, with_set_up(placed, one), reporter)) for one in ones[len(planned) :])
+        planned.extend(_tried(site, one, found.search, jobs, reporter) for one, site in sites)
         return [document for _, document in planned]
 
     _, documents = found.planned(documents_of, effort)
@@ -156,18 +156,18 @@ def with_set_up(placed: PlacedSite, one: Tried) -> SiteConfig:
     return config.model_copy(update=update)
 
 
-def _loaded(read: ReadSite, config: SiteConfig, told: Progress) -> LoadedSite:
+def _loaded(read: ReadSite, config: SiteConfig, reporter: Progress) -> LoadedSite:
     own = read.files[SITE_FILE] if config is read.config else site_toml(config).encode()
-    return built_site(config, read.building, {**read.files, SITE_FILE: own}, told)
+    return built_site(config, read.building, {**read.files, SITE_FILE: own}, reporter)
 
 
 def _tried(
-    site: LoadedSite, one: Tried, search: Search, jobs: int | None, told: Progress
+    site: LoadedSite, one: Tried, search: Search, jobs: int | None, reporter: Progress
 ) -> tuple[SetUp, dict[str, Any]]:
     """Return a set-up with its plan, or without one if it has none, and what the front compares."""
     why = None
     try:
-        made = _planned(site, one.words, search.rates_of(one), jobs, told)
+        made = _planned(site, one.words, search.rates_of(one), jobs, reporter)
     except BimvoxError as error:
         made, why = SetUp(site, one.words, None, None, None, None, None), {"message": error.message}
     second = None if one.second is None else {"machine": one.second.machine, "jib_m": one.second.jib_m}
@@ -183,8 +183,8 @@ def _tried(
     }
 
 
-def _planned(site: LoadedSite, words: str, rates: Rates, jobs: int | None, told: Progress) -> SetUp:
-    made = plan(site, jobs=jobs, progress=told)
+def _planned(site: LoadedSite, words: str, rates: Rates, jobs: int | None, reporter: Progress) -> SetUp:
+    made = plan(site, jobs=jobs, progress=reporter)
     figures = plan_figures(made.record.plan, made.record.motions)
     hours = None if figures.crane_s is None else figures.crane_s / 3600.0
     refused = len(list(infeasible_among(made.record.plan.lifts)))

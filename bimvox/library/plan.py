@@ -92,25 +92,27 @@ def planned(
         timed: Called with what the log of a plan will hold, and the workers, before the plan's motions are proven. If
             they are, the plan has that record; otherwise another one may follow.
     """
-    told, site = progress_of(progress), insist("plan", site, LoadedSite, "site")
+    reporter, site = progress_of(progress), insist("plan", site, LoadedSite, "site")
     seed, steps = whole("seed", wish.seed, 0), whole("steps", wish.steps, 1)
     retrain = whole("retrain", wish.retrain, 0) or 0
     policy = text("policy", wish.policy, "give the id of a stored policy, or none, greedy, nearest or default")
     built, files = site.site, dict(site.files)
     if obstructions is not None:
         found, content = obstructions_of(obstructions, built, site.survey)
-        built, files = obstructed(built, found, told), {**files, **content}
+        built, files = obstructed(built, found, reporter), {**files, **content}
     with workers_of(built, whole("jobs", jobs, 1)) as workers:
         free = may_go_to_others(replace(site, site=built))
         store = Store()
-        built, preparation = prepared(built, told, workers, free, store)
-        chosen = policy_of(site, built, preparation, PolicyWish(policy, seed, steps, wish.train), told)
+        built, preparation = prepared(built, reporter, workers, free, store)
+        chosen = policy_of(site, built, preparation, PolicyWish(policy, seed, steps, wish.train), reporter)
         number = seed_of(site, seed)
         used = [chosen]
 
         def retraining(failed: tuple[int, ...]) -> PolicyInUse:
-            used.append(retrained(built, preparation, chosen, failed=failed, seed=number, steps=retrain, progress=told))
-            told.note(f"the policy failed {len(failed)} lifts: {_outcome(chosen, used[-1])}")
+            used.append(
+                retrained(built, preparation, chosen, failed=failed, seed=number, steps=retrain, progress=reporter)
+            )
+            reporter.note(f"the policy failed {len(failed)} lifts: {_outcome(chosen, used[-1])}")
             return used[-1]
 
         def record_of(proven: Planned) -> PlanLog:
@@ -129,7 +131,7 @@ def planned(
                 built,
                 preparation,
                 chosen,
-                progress=told,
+                progress=reporter,
                 retraining=again,
                 workers=workers,
                 may_hand_over=free,

@@ -53,7 +53,7 @@ def render(
             plan make no sense.
         FileError: If the file cannot be written.
     """
-    told = progress_of(progress)
+    reporter = progress_of(progress)
     insist("render", what, (Plan, LoadedSite, VoxelGrid), "plan, a site or a grid")
     path, lift, size_px = check_output(path_of("render", path)), whole("lift", lift, 1), _pixels(size_px)
     suffix = path.suffix.lower()
@@ -62,17 +62,17 @@ def render(
     if isinstance(what, Plan):
         what.require_sense("shown")
     if suffix == ".png":
-        told.stage("draw")
+        reporter.stage("draw")
         scene, view = _scene(what, lift)
         write_atomically(path, png_of(scene, PictureOptions(size_px=size_px or PICTURE_PX, view=view)))
     elif isinstance(what, Plan) and suffix in FILMS:
-        _write_film(what, path, lift, size_px or FILM_PX, told)
+        _write_film(what, path, lift, size_px or FILM_PX, reporter)
     elif isinstance(what, Plan) and suffix in (".html", ".htm"):
-        told.stage("page")
+        reporter.stage("page")
         write_atomically(path, page_of(PageSource((revision_of_plan(what),))))
     else:
         raise InputError(f"{path}: cannot be drawn", hint="name a .png; of a plan also a .gif, .webp or .html")
-    told.finish()
+    reporter.finish()
     return path
 
 

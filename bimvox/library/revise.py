@@ -42,19 +42,19 @@ def revise(plan: Plan, obstructions: ObstructionSet | Path | str, *, progress: L
         VerificationError: If a proof fails for which no lift is the cause.
         ObstructionFileError: If the obstructions cannot be used.
     """
-    told, plan = progress_of(progress), insist("revise", plan, Plan, "plan")
+    reporter, plan = progress_of(progress), insist("revise", plan, Plan, "plan")
     found, files = obstructions_of(obstructions, plan.site, survey_in(plan.record))
-    site = obstructed(plan.site, found, told)
+    site = obstructed(plan.site, found, reporter)
     preparation = plan.preparation or preparation_in(plan.record.whole_plan)
     current = current_plan_of(plan.record.plan, plan.motions)
-    told.stage("revise")
+    reporter.stage("revise")
     request = RevisionRequest(site, preparation, None if plan.policy is None else plan.policy.propose)
     for part in revised_parts(current, request):
         current = part.current
     kept = {name: data for name, data in plan.record.attachments.items() if not name.startswith(OBSTRUCTIONS)}
     record = _next(replace(plan.record, plan=current.plan, motions=current.chain), {**kept, **files})
-    verdict = prove_plan(record, told)
-    told.finish()
+    verdict = prove_plan(record, reporter)
+    reporter.finish()
     return replace(plan, record=record, verdict=verdict, preparation=preparation)
 
 

@@ -74,11 +74,11 @@ def read(
         SelectionError: If nothing is selected.
         InputError: If an argument is of another kind, or an option is out of range.
     """
-    told, path = progress_of(progress), require_input(path_of("read", path))
+    reporter, path = progress_of(progress), require_input(path_of("read", path))
     options = ReadOptions(select=select, unit=unit, up=up, assemblies=assemblies)
-    building = read_building(path, options, told.report)
-    told.finish()
-    say_notes(building, told)
+    building = read_building(path, options, reporter.report)
+    reporter.finish()
+    say_notes(building, reporter)
     return building
 
 
@@ -98,10 +98,10 @@ def voxelize(
         InputError: If ``building`` is not a building, or a number is out of range.
         GridTooLargeError: If there would be too many cells; ``fitting_voxel_size_m`` is a size that fits.
     """
-    told, building = progress_of(progress), insist("voxelize", building, Building, "building")
+    reporter, building = progress_of(progress), insist("voxelize", building, Building, "building")
     edge_m = _size_m("voxel_size_m", voxel_size_m) or default_voxel_size_m(building.bounds_m)
-    grid = voxelize_building(building, edge_m, threads=whole("threads", threads, 1) or 1, progress=told.report)
-    told.finish()
+    grid = voxelize_building(building, edge_m, threads=whole("threads", threads, 1) or 1, progress=reporter.report)
+    reporter.finish()
     return grid
 
 
@@ -321,26 +321,26 @@ def load_site(
         FileError: If the site file or its model is missing or cannot be used.
         SelectionError: If nothing is to be lifted.
     """
-    told, path = progress_of(progress), path_of("load_site", path, "a site file")
+    reporter, path = progress_of(progress), path_of("load_site", path, "a site file")
     read = read_site(
         path,
-        told,
+        reporter,
         model=None if model is None else path_of("load_site", model, "a model"),
         programme=None if programme is None else path_of("load_site", programme, "a programme"),
     )
-    return built_site(read.config, read.building, read.files, told)
+    return built_site(read.config, read.building, read.files, reporter)
 
 
-def read_site(path: Path, told: Progress, *, model: Path | None = None, programme: Path | None = None) -> ReadSite:
+def read_site(path: Path, reporter: Progress, *, model: Path | None = None, programme: Path | None = None) -> ReadSite:
     """Return a site file and its building; the arguments and errors are those of :func:`load_site`."""
     require_regular(path)
     content = read_site_file(path)
     config = load_site_config(path, content, model=model, programme=programme)
     _ = config.programme  # is refused before the model is read, which takes its time
     given = config.model
-    building = read_building(given.path, config.read_options, told.report)
-    say_notes(building, told)
-    told.stage("site")
+    building = read_building(given.path, config.read_options, reporter.report)
+    say_notes(building, reporter)
+    reporter.stage("site")
     files = {SITE_FILE: content} | {MACHINE + name: data for name, data in config.machine_files.items()}
     if config.programme_file is not None:
         files[ATTACHED + str(config.programme_name)] = config.programme_file
@@ -372,12 +372,12 @@ def guess_site(
         InputError: If ``building`` is not a building, the cell size is not positive, there is no such crane, or none
             can serve the site.
     """
-    told = progress_of(progress)
+    reporter = progress_of(progress)
     building = without_strays(insist("guess_site", building, Building, "building"))
     voxel_size_m = _size_m("voxel_size_m", voxel_size_m)
     crane = text("crane", crane, "give the name of a crane: hammerhead, luffing, mobile, or a machine of the catalogue")
     options = read_with or ReadOptions()
-    told.stage("guess")
+    reporter.stage("guess")
     config = guess.guess_site(
         building,
         ModelConfig(
@@ -391,7 +391,7 @@ def guess_site(
         machines=() if crane is None else machines_called(crane),
     )
     toml = site_toml(config, ground_why=guess.ground_why(config, building))
-    return built_site(config, building, {SITE_FILE: toml.encode()}, told)
+    return built_site(config, building, {SITE_FILE: toml.encode()}, reporter)
 
 
 def built_site(config: SiteConfig, building: Building, files: Mapping[str, bytes], progress: Progress) -> LoadedSite:

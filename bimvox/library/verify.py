@@ -65,17 +65,17 @@ def verify(
         InputError: If an argument is of another kind, or a model or a programme is given without a site file.
         FileError: If a file of the user is missing or cannot be used.
     """
-    told = progress_of(progress)
+    reporter = progress_of(progress)
     if isinstance(plan, Plan):
-        record, verdict = plan.record, prove_plan(plan.record, told)
+        record, verdict = plan.record, prove_plan(plan.record, reporter)
     else:
-        contents, record = read_whole(path_of("verify", plan, "a log, or a plan"), told)
-        verdict = prove(contents, record, told)
+        contents, record = read_whole(path_of("verify", plan, "a log, or a plan"), reporter)
+        verdict = prove(contents, record, reporter)
     files = {"site": site, "model": model, "obstructions": obstructions, "programme": programme}
     paths = {name: None if file is None else path_of("verify", file) for name, file in files.items()}
     given = Given(**paths, traffic=None if traffic is None else str(traffic))
-    verdict = prove_further(verdict, record, given, search=search, progress=told)
-    told.finish()
+    verdict = prove_further(verdict, record, given, search=search, progress=reporter)
+    reporter.finish()
     return verdict
 
 
@@ -127,8 +127,8 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
 
     ``contents``: the log's messages and attachments, all topics.
     """
-    told = contents.attachments.get(topics.STEPS_FILE)
-    steps = None if told is None else steps_from_json(told, "the log")
+    stated = contents.attachments.get(topics.STEPS_FILE)
+    steps = None if stated is None else steps_from_json(stated, "the log")
     with workers_of(record.plan.site, None) as workers, workers.knowing(*constants_of(record.plan.site)):
         proven = prove_plan(record, progress, steps, workers)
     if not proven.checks[0].passed:
@@ -151,13 +151,13 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
 
 
 def prove_plan(
-    record: PlanLog, progress: Progress, told: Steps | None = None, workers: Workers = ALONE
+    record: PlanLog, progress: Progress, stated: Steps | None = None, workers: Workers = ALONE
 ) -> Verification:
     """Prove a plan, its motions, and how it was carried out, if the record says so and the plan is proven.
 
     If its values make no sense, that is the only check: nothing follows from them.
 
-    ``told``: the steps that its log states. Default: those that follow from the plan.
+    ``stated``: the steps that its log states. Default: those that follow from the plan.
     """
     progress.stage("plan")
     values = check_values(record.plan, record.motions, record.context)
@@ -169,7 +169,7 @@ def prove_plan(
     of_motions = verify_motions_over_time(
         record.plan, record.motions, record.context, store=store, workers=workers
     ).checks
-    steps = told or record.steps
+    steps = stated or record.steps
     # The joints of an extract are not all known.
     is_whole = not record.context and len(record.motions) == len(record.planned)
     any_steps = steps != Steps() or (is_whole and record.plan.site.rules.curing is not None)
