@@ -46,7 +46,7 @@ def lift_problems(
         built, preparation = site.site, site.preparation or preparation_in(site.record.whole_plan)
     else:
         built, preparation = prepared(site.site, reporter, free=may_go_to_others(site))
-    found = training_problems(built, preparation, number, reporter, as_it_is=True)
+    found = training_problems(built, preparation, number, reporter, with_obstructions=True)
     reporter.finish()
     learnable = tuple(problem for problem in found if is_learnable(problem))
     if not learnable:

@@ -2,7 +2,7 @@
 
 A lift without a free time for its crane goes to another crane that serves it. Its part stays at its place in the yard,
 and the sequence stays as it is. The other crane must have the same slings, carry the part at its pick and at its place,
-and have time for it: the schedule says that. Other parts are given away by the search for a faster sequence.
+and have time for it: the schedule says that. Other parts are reassigned by the search for a faster sequence.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def as_assigned(plan: LiftPlan) -> Site:
     first: dict[int, int] = {}
     for part in site.components:
         left, crane = set(plan.notes), site.cranes[part.crane]
-        while left:  # given away, a part may have been handed over once more
+        while left:  # after it was reassigned, a part may have been handed over once more
             before = ((own, note) for own in site.cranes for note in _notes(part, own, crane) if note in left)
             own, note = next(before, (crane, ""))
             if not note:
@@ -219,8 +219,8 @@ def waiting_and_end(
         except NoFreeTimeError as error:
             may = [part for part in error.reasons if part in free and part not in handed]
             handed.update(may)
-            site, preparation, given_away = handed_over(site, preparation, may)
-            refused.update({part: why for part, why in error.reasons.items() if part not in given_away})
+            site, preparation, reassigned = handed_over(site, preparation, may)
+            refused.update({part: why for part, why in error.reasons.items() if part not in reassigned})
             plan = plan_lifts(site, preparation, refused=refused, workers=workers, store=store)
         except MotionError:
             return None

@@ -164,24 +164,24 @@ class _Attempts:
                 self.retrained = proposer(better.network, every_guard=True)
                 made = self._planned(refused)
         self.made = made = self._as_drawn(made)
-        given_away: list[str] = []
+        reassigned: list[str] = []
         found: Planned | Mapping[str, str]
         try:
             found = self._prove(made)
         except NoFreeTimeError as error:
             may = [part for part in error.reasons if part in self.may_hand_over and part not in self.handed]
             self.handed.update(may)
-            self.site, self.preparation, given_away = handed_over(self.site, self.preparation, may)
-            found = {part: f"{NOT_DRIVEN}{why}" for part, why in error.reasons.items() if part not in given_away}
+            self.site, self.preparation, reassigned = handed_over(self.site, self.preparation, may)
+            found = {part: f"{NOT_DRIVEN}{why}" for part, why in error.reasons.items() if part not in reassigned}
         if isinstance(found, Planned):
             self.progress.finish()
             return found if self.preparation is self.given else replace(found, preparation=self.preparation)
         left = self.other_ways.without(made.site, made.lifts, found)
         for component, reason in found.items():
             self.progress.note(f"{component}: {reason}" + ("" if component in left else "; another way is tried"))
-        if not given_away:
+        if not reassigned:
             return left or self.attempt(refused)
-        for note in self.preparation.sequence.notes[-len(given_away) :]:
+        for note in self.preparation.sequence.notes[-len(reassigned) :]:
             self.progress.note(note)
         with self.workers.knowing(self.site, self.preparation):
             rest = self.attempt({**refused, **left})

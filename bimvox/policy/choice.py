@@ -203,7 +203,7 @@ def retrained(
     if before.network is None:
         return policy
     config = replace(adapting(DqnConfig(), before.network.layer_sizes[1:-1]), test_starts=RETRAINING_STARTS)
-    problems = training_problems(site, preparation, seed, progress, as_it_is=True, surely=failed)
+    problems = training_problems(site, preparation, seed, progress, with_obstructions=True, surely=failed)
     found = _trained(problems, _Training(config, seed, steps, before.network, before.id), progress)
     if found.network is before.network:
         return policy

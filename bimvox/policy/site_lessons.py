@@ -30,7 +30,7 @@ def training_problems(
     seed: int,
     progress: Progress,
     *,
-    as_it_is: bool = False,
+    with_obstructions: bool = False,
     surely: Collection[int] = (),
 ) -> list[LiftProblem]:
     """Return lifts to learn from, spread evenly over the order, each with starts all over the yard.
@@ -43,10 +43,14 @@ def training_problems(
         preparation: Its contacts, order and yard.
         seed: Chooses the starts and the boxes.
         progress: Receives the stage.
-        as_it_is: Whether to keep the site's own obstructions, and add no others.
+        with_obstructions: Whether to keep the site's own obstructions, and add no others.
         surely: Components whose lifts must be among them, as far as memory allows.
     """
-    clear = site if as_it_is else replace(site, blockers=tuple(b for b in site.blockers if b.kind != "obstruction"))
+    clear = (
+        site
+        if with_obstructions
+        else replace(site, blockers=tuple(b for b in site.blockers if b.kind != "obstruction"))
+    )
     order = preparation.sequence.order
     most = max(2, _PROBLEM_BYTES // (_BYTES_A_CELL * int(np.prod(site.shape))))
     first = [number for number, index in enumerate(order) if index in surely][:most]
@@ -64,7 +68,7 @@ def training_problems(
                 gate = stage.insertion.gate_vox
                 if index in surely:
                     lift = replace(lift, starts_vox=_own_start_first(lift))
-                if len(problems) % 2 and not as_it_is:
+                if len(problems) % 2 and not with_obstructions:
                     boxed = with_boxes(rng, stage.space, int(rng.integers(1, _MOST_BOXES + 1)))
                     other = training_problem(boxed, stage.start_vox, gate, starts)
                     lift = other if is_learnable(other) else lift
