@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from bimvox.rendering.report.html import element, number, paragraph, row, section, table, tag, text
+from bimvox.rendering.report.html import element, number, paragraph, row, section, table, tag, text, value
 from bimvox.rendering.report.plan_view import FIRST, ZONES, frame_box, plan_view, stored_box, storey_words
 from bimvox.rendering.report.sheet import Sheet, drawn, grid, label, line, scale_bar, sheet_for, tip
 from bimvox.rendering.report.words import fixed, ranges
@@ -28,10 +28,7 @@ def drawings(record: dict[str, Any]) -> str:
         tag("figure", svg + tag("figcaption", f"{words}, 1 : {number(scale, str(scale), 'scale')}"), "sheet drawing")
         for words, svg, scale in shown
     ]
-    rows = [
-        row([escape(one["name"]), number(one["distance_m"], fixed(one["distance_m"], 2), "distance_m")])
-        for one in drawing["distances_m"]
-    ]
+    rows = [row([escape(one["name"]), value(one, "distance_m", 2)]) for one in drawing["distances_m"]]
     north = drawing["north"]
     about = (
         "Site coordinates in metres. The stated scale holds on paper printed at 100 %; the scale bar always holds. "

@@ -6,8 +6,10 @@ numbers of the log, not rounded ones.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
+from bimvox.rendering.report.words import fixed
 from bimvox.rendering.words import escape
 
 
@@ -17,6 +19,14 @@ def number(value: float | int | None, words: str, key: str = "") -> str:
         return '<span class="none">–</span>'
     marked = f' data-key="{escape(key)}"' if key else ""
     return f'<data value="{value!r}"{marked}>{escape(words)}</data>'
+
+
+def value(record: Mapping[str, Any], key: str, words: Callable[[Any], str] | int, unit: str = "") -> str:
+    """Return a number of a record with its unit, by a function or with this many decimals; see ``number``."""
+    known = record[key]
+    if known is None:
+        return number(None, "")
+    return number(known, (fixed(known, words) if isinstance(words, int) else words(known)) + unit, key)
 
 
 def tag(name: str, inside: str, class_: str = "", **attributes: str) -> str:

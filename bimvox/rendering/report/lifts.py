@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from bimvox.records.proof import Severity
-from bimvox.rendering.report.html import number, row, table, tag
+from bimvox.rendering.report.html import number, row, table, tag, value
 from bimvox.rendering.report.words import METHODS, fixed, named, span, tonnes
 from bimvox.rendering.words import PHASES, escape
 from bimvox.site.means import HOW
@@ -74,8 +74,8 @@ def _hook(at: dict[str, Any] | None, which: str) -> str:
 
 
 def _load(lift: dict[str, Any]) -> str:
-    mass, governs = number(lift["mass_kg"], tonnes(lift["mass_kg"]), "mass_kg"), lift["governs"]
-    return f"{mass}<br>{number(governs['load_kg'], tonnes(governs['load_kg']), 'load_kg')}" if governs else mass
+    mass, governs = value(lift, "mass_kg", tonnes), lift["governs"]
+    return f"{mass}<br>{value(governs, 'load_kg', tonnes)}" if governs else mass
 
 
 def _governed(cell: Callable[[dict[str, Any], dict[str, Any]], str]) -> Callable[[dict[str, Any]], str]:
@@ -91,8 +91,8 @@ def _wind(lift: dict[str, Any], _: dict[str, Any]) -> str:
 
 
 def _capacity(_: dict[str, Any], governs: dict[str, Any]) -> str:
-    radius = number(governs["radius_m"], fixed(governs["radius_m"], 2), "radius_m")
-    return f"{radius}<br>{number(governs['capacity_kg'], tonnes(governs['capacity_kg']), 'capacity_kg')}"
+    radius = value(governs, "radius_m", 2)
+    return f"{radius}<br>{value(governs, 'capacity_kg', tonnes)}"
 
 
 def _use(lift: dict[str, Any], governs: dict[str, Any]) -> str:
@@ -109,23 +109,23 @@ def _times(lift: dict[str, Any]) -> str:
     if lift["begins_s"] is None:
         return number(None, "")
     length_s = lift["ends_s"] - lift["begins_s"]
-    begins = number(lift["begins_s"], clock(lift["begins_s"]), "begins_s")
+    begins = value(lift, "begins_s", clock)
     return f"{begins}<br>{number(length_s, span(length_s), 'length_s')}"
 
 
 def _carrying(lift: dict[str, Any]) -> str:
     if lift["duration_s"] is None:
         return number(None, "")
-    carrying = number(lift["duration_s"], f"{fixed(lift['duration_s'], 1)} s", "duration_s")
-    bound = number(lift["bound_s"], fixed(lift["bound_s"], 1) + " s", "bound_s")
+    carrying = value(lift, "duration_s", 1, " s")
+    bound = value(lift, "bound_s", 1, " s")
     return f"{carrying}<br>{bound}"
 
 
 def _path(lift: dict[str, Any]) -> str:
     if lift["moves"] is None:
         return number(None, "")
-    moves = number(lift["moves"], fixed(lift["moves"], 0), "moves")
-    fewest = number(lift["shortest_moves"], fixed(lift["shortest_moves"] or 0, 0), "shortest_moves")
+    moves = value(lift, "moves", 0)
+    fewest = value(lift, "shortest_moves", 0)
     return f"{escape(METHODS.get(lift['method'], lift['method'] or ''))}<br>{moves} / {fewest}"
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.rendering.report.html import element, number, paragraph, picture, section, tag, terms, text, ticks
+from bimvox.rendering.report.html import element, number, paragraph, picture, section, tag, terms, text, ticks, value
 from bimvox.rendering.report.words import SWING, fixed, length, named, percent, tonnes
 from bimvox.rendering.words import escape
 
@@ -53,7 +53,7 @@ def _crane(
     """Return one crane, and its load chart with its lifts."""
     rules = record["site"]["rules"]
     base = ", ".join(fixed(value, 2) for value in machine["base_m"])
-    rigging = number(machine["rigging_mass_kg"], tonnes(machine["rigging_mass_kg"]), "rigging_mass_kg")
+    rigging = value(machine, "rigging_mass_kg", tonnes)
     gears = "".join(f"; up to {tonnes(most)} t {fixed(rate * 60, 0)} m/min" for most, rate in machine["gears"])
     jib = f"{machine['jib_length_m']:.4g} m long, {machine['jib_height_m']:.4g} m high"
     own = [

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from bimvox.errors import listed
-from bimvox.rendering.report.html import element, number, paragraph, picture, row, section, table, tag, text
+from bimvox.rendering.report.html import element, number, paragraph, picture, row, section, table, tag, text, value
 from bimvox.rendering.report.words import fixed, percent, ranges, tonnes
 from bimvox.rendering.words import counted, escape
 
@@ -95,10 +95,7 @@ def rigging(record: dict[str, Any]) -> str:
     )
     assumed = sum(lift["status"] == "planned" and lift["lifting"]["source"] == "assumed" for lift in record["lifts"])
     said = f"Lifting points of {counted(assumed, 'part')} are assumed." if assumed else ""
-    needed = [
-        row([escape(one["what"]), number(one["count"], str(one["count"]), "count"), fixed(one["mass_kg"], 1)])
-        for one in record["gear"]
-    ]
+    needed = [row([escape(one["what"]), value(one, "count", str), fixed(one["mass_kg"], 1)]) for one in record["gear"]]
     return section(
         f"Rigging: {counted(len(rigs), 'rig')}",
         paragraph(about),
@@ -123,11 +120,11 @@ def _row(one: dict[str, Any]) -> str:
             one["name"],
             pieces,
             _numbers(one["lifts"]),
-            number(one["heaviest_kg"], tonnes(one["heaviest_kg"]), "heaviest_kg"),
+            value(one, "heaviest_kg", tonnes),
             number(rig["mass_kg"], tonnes(rig["mass_kg"]), "rigging_mass_kg"),
-            number(rig["hook_above_top_m"], fixed(rig["hook_above_top_m"], 2), "hook_above_top_m"),
-            f"{rig['legs']} of {number(rig['leg_m'], fixed(rig['leg_m'], 2), 'leg_m')} m,<br>{lean}",
-            number(one["most_pull_kg"], tonnes(one["most_pull_kg"]), "most_pull_kg"),
+            value(rig, "hook_above_top_m", 2),
+            f"{rig['legs']} of {value(rig, 'leg_m', 2)} m,<br>{lean}",
+            value(one, "most_pull_kg", tonnes),
             number(one["used"], percent(one["used"], 0), "gear_used"),
         ],
         data_rig=one["name"],
@@ -135,8 +132,8 @@ def _row(one: dict[str, Any]) -> str:
 
 
 def _of_limit(part: dict[str, Any]) -> str:
-    load = number(part["load_kg"], tonnes(part["load_kg"]), "load_kg")
-    return f"{load} of {number(part['wll_kg'], tonnes(part['wll_kg']), 'wll_kg')} t"
+    load = value(part, "load_kg", tonnes)
+    return f"{load} of {value(part, 'wll_kg', tonnes)} t"
 
 
 def _numbers(numbers: Sequence[int]) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 from bimvox.errors import listed
 from bimvox.rendering.report.gantt import crane_chart, gantt_chart
-from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
+from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms, value
 from bimvox.rendering.report.lifts import critical_first, lift_table, words_of_lifts
 from bimvox.rendering.report.words import CHECKS, METHODS, fixed, named, names_of, percent, span, tonnes
 from bimvox.rendering.words import counted, escape
@@ -41,9 +41,9 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
         return number(totals[key], fixed(totals[key], 0), key)
 
     nominal = "" if totals["timed_by"] == "crane" else " (nominal: no crane, 1 s per move)"
-    whole = number(totals["total_s"], span(totals["total_s"]), "total_s")
+    whole = value(totals, "total_s", span)
     critical_words = f"{count('critical')} ({percent(record['critical_share'], 0)} of the capacity or more)"
-    heaviest = number(totals["heaviest_kg"], tonnes(totals["heaviest_kg"]), "heaviest_kg")
+    heaviest = value(totals, "heaviest_kg", tonnes)
     return [
         ("Lifts", f"{count('planned')} of {count('lifts')} parts planned, {count('infeasible')} infeasible"),
         ("Total time", f"{whole}{nominal}"),
@@ -72,11 +72,9 @@ def _elapsed(totals: dict[str, Any]) -> str:
         return ""
     if not totals["paused_s"]:
         more = totals["elapsed_s"] - totals["total_s"] > 1.0
-        return number(totals["elapsed_s"], elapsed(totals["elapsed_s"]), "elapsed_s") if more else ""
-    paused = number(totals["paused_s"], elapsed(totals["paused_s"]), "paused_s")
-    return (
-        f"{number(totals['elapsed_s'], elapsed(totals['elapsed_s']), 'elapsed_s')}, in which the crane pauses {paused}"
-    )
+        return value(totals, "elapsed_s", elapsed) if more else ""
+    paused = value(totals, "paused_s", elapsed)
+    return f"{value(totals, 'elapsed_s', elapsed)}, in which the crane pauses {paused}"
 
 
 def _cranes(cranes: Sequence[dict[str, Any]], whole_s: float) -> str:
@@ -247,7 +245,7 @@ def deliveries(record: dict[str, Any]) -> str:
                 [
                     number(group["delivery"], str(group["delivery"] + 1), "delivery"),
                     f"{orders[0] + 1} to {orders[-1] + 1} ({len(orders)})",
-                    number(group["mass_kg"], tonnes(group["mass_kg"]), "mass_kg"),
+                    value(group, "mass_kg", tonnes),
                     *([escape(group["arrives"] or "–")] if dated else []),
                     when,
                     *(str(group[name] or "–") for name in stored),
@@ -296,7 +294,7 @@ def proof(record: dict[str, Any]) -> str:
             [
                 escape(check["name"].replace("_", " ")),
                 _result(check),
-                number(check["samples"], fixed(check["samples"], 0), "samples"),
+                value(check, "samples", 0),
                 ""
                 if check["worst"] is None
                 else number(check["worst"], f"{check['worst']:.4g} {check['unit']}".strip(), "worst"),

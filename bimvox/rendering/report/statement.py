@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
+from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms, value
 from bimvox.rendering.report.support import in_words
 from bimvox.rendering.report.words import fixed, named, percent, span, tonnes
 from bimvox.rendering.words import counted, escape
@@ -70,7 +70,7 @@ def _class(one: dict[str, Any]) -> str:
     cells = [
         _WORK.get(one["work"], one["work"]),
         number(len(one["lifts"]), str(len(one["lifts"])), "lifts"),
-        number(one["heaviest_kg"], tonnes(one["heaviest_kg"]), "heaviest_kg"),
+        value(one, "heaviest_kg", tonnes),
         f"{low}" if low == high else f"{low} to {high}",
         f"{one['upended']} / {one['turned']}",
     ]

@@ -21,7 +21,7 @@ import numpy as np
 from bimvox.crane.outline import CraneOutline, outline_of
 from bimvox.errors import listed
 from bimvox.rendering.page.source import Revision
-from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms
+from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms, value
 from bimvox.rendering.report.site_plan import GEOREFERENCE, georeference_of
 from bimvox.rendering.report.words import fixed
 from bimvox.rendering.words import escape
@@ -110,10 +110,10 @@ def _crane(one: dict[str, Any]) -> str:
     def stated(key: str, digits: int, unit: str) -> str:
         return _MISSING if one[key] is None else number(one[key], f"{fixed(one[key], digits)} {unit}", key)
 
-    hung = number(one["vertical_load_kn"], f"{fixed(one['vertical_load_kn'], 0)} kN", "vertical_load_kn")
-    moment = number(one["load_moment_knm"], f"{fixed(one['load_moment_knm'], 0)} kNm", "load_moment_knm")
+    hung = value(one, "vertical_load_kn", 0, " kN")
+    moment = value(one, "load_moment_knm", 0, " kNm")
     where = f"lift {one['load_moment_number']} at {one['radius_m']:.1f} m"
-    slewing = number(one["slewing_knm"], f"{fixed(one['slewing_knm'], 0)} kNm", "slewing_knm")
+    slewing = value(one, "slewing_knm", 0, " kNm")
     pairs = [
         ("On the hook", f"{hung} at most: load, rigging and hook block"),
         ("Load moment", f"{moment} about the slewing axis ({where})"),
