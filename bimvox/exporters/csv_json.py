@@ -308,7 +308,7 @@ def delivery_records(log: PlanLog, dates: PlanDates | None = None) -> list[dict[
         if lift.place is not None:
             loads.setdefault(lift.place.delivery, []).append(lift)
     starts_ns = {track.lift.order: log.steps.starting_ns(track.start_ns) for track in tracks_of(log)}
-    found = []
+    result = []
     for number, load in sorted(loads.items()):
         truck = _Truck(log, dates, number, load, starts_ns)
         unloading = {one.order: one for one in unloading_lifts(log.plan.site, load)}
@@ -316,8 +316,8 @@ def delivery_records(log: PlanLog, dates: PlanDates | None = None) -> list[dict[
             _PART.of(_Loaded(loaded, part, lift, laid_flat_m(part.mesh), unloading.get(lift.order)))
             for loaded, (part, lift) in enumerate(zip(truck.parts, load, strict=True), start=1)
         ]
-        found.append(_TRUCK.of(truck) | {"parts": parts})
-    return found
+        result.append(_TRUCK.of(truck) | {"parts": parts})
+    return result
 
 
 def deliveries_csv(log: PlanLog, dates: PlanDates | None = None) -> str:

@@ -296,11 +296,11 @@ class _Writer:
         _, mark, step_id = task.component.partition("#")  # this is how a duplicate GlobalId was made unique
         if mark and step_id.isdigit():
             try:
-                found = self.file.by_id(int(step_id))
+                result = self.file.by_id(int(step_id))
             except RuntimeError:
-                found = None
-            if found is not None and found.is_a("IfcProduct") and found.GlobalId == task.global_id:
-                return found
+                result = None
+            if result is not None and result.is_a("IfcProduct") and result.GlobalId == task.global_id:
+                return result
         if task.global_id in self.products:
             return self.products[task.global_id]
         raise IfcError(

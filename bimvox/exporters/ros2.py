@@ -192,7 +192,7 @@ def _frames(times_ns: NDArray[np.int64], frames: dict[str, tuple[str, Poses]]) -
 
 def _chain(crane: TowerCrane, joints: NDArray[np.float64], prefix: str) -> dict[str, tuple[str, Poses]]:
     """Return the crane's frames, as in its URDF: by their names each frame's parent, and where it is in it."""
-    found = {}
+    result = {}
     for joint in links_of(crane).joints:
         poses = np.tile([*joint.origin_m, *_UPRIGHT], (len(joints), 1))
         if joint.turns:
@@ -200,8 +200,8 @@ def _chain(crane: TowerCrane, joints: NDArray[np.float64], prefix: str) -> dict[
         elif joint.limits is not None:
             poses[:, joint.along] = joint.moved(joints)[:, 0]
         parent = joint.parent if joint.parent == "site" else f"{prefix}{joint.parent}"
-        found[f"{prefix}{joint.child}"] = (parent, poses)
-    return found
+        result[f"{prefix}{joint.child}"] = (parent, poses)
+    return result
 
 
 # Many ROS 2 messages at once in CDR, their serialization: messages of one form differ in numbers alone.

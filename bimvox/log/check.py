@@ -218,12 +218,12 @@ def _load_poses(contents: Contents, number: int) -> tuple[NDArray[np.int64], NDA
 
 def _commands(contents: Contents, topic: str) -> dict[int, list[Any]]:
     """Return the commands on a topic, by lift."""
-    found: defaultdict[int, list[Any]] = defaultdict(list)
+    result: defaultdict[int, list[Any]] = defaultdict(list)
     for message in contents.messages:
         if message.topic == topic:
             command = CraneCommandMessage.FromString(message.data)
-            found[command.lift_order].append(command)
-    return found
+            result[command.lift_order].append(command)
+    return result
 
 
 def _has_times(motion: LiftMotion, shown_ns: NDArray[np.int64], sampled_ns: NDArray[np.int64], *, every: bool) -> bool:

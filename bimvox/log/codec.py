@@ -213,7 +213,7 @@ def steps_from_json(data: bytes, name: str) -> Steps:
         LogFileError: If it is damaged.
     """
     try:
-        found: Steps = decode(Steps, json.loads(data), ArrayReader({}), "steps")
+        result: Steps = decode(Steps, json.loads(data), ArrayReader({}), "steps")
     except (ValueError, RecursionError) as error:
         raise LogFileError(name, f"the steps in it cannot be read: {error}") from error
-    return found
+    return result

@@ -187,16 +187,16 @@ def chosen_lift(log: PlanLog, name: str) -> int:
 def _orders(log: PlanLog, lifts: Sequence[Lift], name: str) -> list[int]:
     components = log.plan.site.components
     for key in ("id", "global_id", "name"):
-        found = [lift.order for lift in lifts if getattr(components[lift.component], key) == name]
-        if len(found) > 1 and key == "name":
-            raise _several(name, found)
-        if found:
-            return found
+        result = [lift.order for lift in lifts if getattr(components[lift.component], key) == name]
+        if len(result) > 1 and key == "name":
+            raise _several(name, result)
+        if result:
+            return result
     if name.removeprefix("-").isdecimal():
-        found = [lift.order for lift in lifts if lift.number == int(name)]
-        if not found:
+        result = [lift.order for lift in lifts if lift.number == int(name)]
+        if not result:
             raise SelectionError(f"there is no lift {name} in this log", hint=_range(lifts))
-        return found
+        return result
     known = [text for lift in lifts for part in [components[lift.component]] for text in (part.name, part.id) if text]
     near = difflib.get_close_matches(name, list(dict.fromkeys(known)), n=_NEAREST, cutoff=_ALIKE)
     hint = f"did you mean {' or '.join(near)}?" if near else f"{_range(lifts)}; bimvox inspect LOG lists them"

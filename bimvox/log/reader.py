@@ -161,11 +161,11 @@ def _samples(messages: list[LogMessage], site: Site, path: Path) -> SamplesByLif
     """Return the exact samples of every lift."""
     if not site.cranes:
         raise LogFileError(path, "it holds motions, but its site has no crane")
-    found: dict[int, Samples] = {}
+    result: dict[int, Samples] = {}
     for message in messages:
         if message.topic == topics.MOTIONS:
-            add_samples(found, message.data)
-    return found
+            add_samples(result, message.data)
+    return result
 
 
 # Recovers the complete lifts of a damaged log.

@@ -98,8 +98,8 @@ class Guide:
     def at(self, height_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the (N, 2) distances aside and tilts at (N,) heights above the place; zeros above the first pose."""
         heights, asides, tilts = np.array(self.poses)[::-1].T
-        found: NDArray[np.float64] = np.stack([np.interp(height_m, heights, n) for n in (asides, tilts)], axis=1)
-        return found
+        result: NDArray[np.float64] = np.stack([np.interp(height_m, heights, n) for n in (asides, tilts)], axis=1)
+        return result
 
     def turns(self, tilt_rad: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the (N, 3, 3) rotations by (N,) tilts."""

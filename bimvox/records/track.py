@@ -105,8 +105,8 @@ def headings_off_rad(
     left = np.clip((end_ns - time_ns) / (end_ns - start_ns), 0.0, 1.0)
     full_rad = _full_turns_rad(begins_rad)
     back_rad = full_rad + left * (begins_rad - full_rad)
-    found: NDArray[np.float64] = np.where(time_ns < start_ns, off_rad, back_rad)
-    return found
+    result: NDArray[np.float64] = np.where(time_ns < start_ns, off_rad, back_rad)
+    return result
 
 
 def _full_turns_rad(angle_rad: float) -> float:

@@ -125,20 +125,20 @@ def _turned(site: Site, lifts: Iterable[Lift], motions: Sequence[LiftMotion]) ->
     with_jib = {lift.order for lift in lifts if lift.ever_with_jib}
     kept = _degrees(motion for motion in motions if motion.order not in with_jib)
     turned = _degrees(motion for motion in motions if motion.order in with_jib)
-    found = []
+    result = []
     if turned:
-        found.append(
+        result.append(
             f"{len(turned):,} of {len(motions):,} loads turn with the jib: by {_middle(turned):.0f} degrees in the "
             f"median lift, by {turned[-1]:.0f} degrees at most; people turn them to their final heading by tag line "
             f"above their places, {site.rules.turn_s:g} s a quarter"
         )
     if kept:
         whose = "every load" if not with_jib else f"{len(kept):,} loads without room to turn"
-        found.append(
+        result.append(
             f"people keep the heading of {whose} by tag line while the jib turns: by {_middle(kept):.0f} degrees in "
             f"the median lift, by {kept[-1]:.0f} degrees at most"
         )
-    return found
+    return result
 
 
 def _degrees(motions: Iterable[LiftMotion]) -> list[float]:

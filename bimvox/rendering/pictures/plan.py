@@ -203,7 +203,7 @@ def _others_at(
     site: Site, lifts: Sequence[Lift], lift: Lift, motions: Mapping[int, LiftMotion], time_ns: int
 ) -> _Others:
     """Return the other lifts at a time; without its motion, an earlier lift counts as placed."""
-    found = _Others(poses_at(site, list(motions.values()), time_ns))
+    result = _Others(poses_at(site, list(motions.values()), time_ns))
     for other in lifts:
         motion = motions.get(other.order)
         if other is lift:
@@ -211,15 +211,15 @@ def _others_at(
         start_ns, set_ns = (0, 0) if motion is None else _transit_ns(motion)
         is_earlier = other.status is Status.PLANNED and other.order < lift.order
         if is_earlier if motion is None else time_ns >= set_ns:
-            found.placed.append(other)
+            result.placed.append(other)
         elif motion is not None and time_ns >= start_ns:
             at, _ = _load_at(site, other, motion, (time_ns - start_ns) / max(set_ns - start_ns, 1))
-            found.carried.append((other, at))
-            found.loads_m[motion.crane] = top_corners_m(site, site.components[other.component], at)
+            result.carried.append((other, at))
+            result.loads_m[motion.crane] = top_corners_m(site, site.components[other.component], at)
         # A delivery arrives after all lifts of earlier ones, so the yard holds only this lift's delivery.
         elif other.in_yard and lift.place and other.in_yard.delivery == lift.place.delivery:
-            found.stored.append(other)
-    return found
+            result.stored.append(other)
+    return result
 
 
 def path_m(site: Site, lift: Lift, motion: LiftMotion | None) -> NDArray[np.float64]:

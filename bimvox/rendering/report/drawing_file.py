@@ -99,19 +99,19 @@ def style() -> str:
 
 def _facts(drawing: dict[str, Any]) -> list[str]:
     """Return what the heading says: cranes, parts, frame."""
-    found = []
+    result = []
     for crane in drawing["cranes"]:
         x, y, _ = crane["base_m"]
         reach_m = crane["rings"][-1][0]
-        found.append(f"{crane['name']} at ({fixed(x, 2)}, {fixed(y, 2)}), radius {length(reach_m)}")
+        result.append(f"{crane['name']} at ({fixed(x, 2)}, {fixed(y, 2)}), radius {length(reach_m)}")
     parts = f"{counted(drawing['lifted'], 'part')} to lift"
-    found.append(parts + (f", the heaviest {tonnes(drawing['heavy'][0]['mass_kg'])} t" if drawing["heavy"] else ""))
+    result.append(parts + (f", the heaviest {tonnes(drawing['heavy'][0]['mass_kg'])} t" if drawing["heavy"] else ""))
     if drawing["ground"][0] is not None:
         height_m, why = drawing["ground"]
-        found.append(f"the ground is at {fixed(height_m, 2)} m in the model" + (why and f", {why}"))
-    found += ["parts by their convex hulls", "site coordinates in metres"]
+        result.append(f"the ground is at {fixed(height_m, 2)} m in the model" + (why and f", {why}"))
+    result += ["parts by their convex hulls", "site coordinates in metres"]
     survey, north = drawing["survey"], drawing["north"]
     if survey is not None:
-        found.append(f"E, N: {survey['crs'] or 'map of the model'}")
-    found.append("the model does not state north" if north is None else f"the arrow is {north['kind']}")
-    return found
+        result.append(f"E, N: {survey['crs'] or 'map of the model'}")
+    result.append("the model does not state north" if north is None else f"the arrow is {north['kind']}")
+    return result

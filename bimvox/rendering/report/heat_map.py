@@ -102,15 +102,15 @@ def _legend(low_h: float, high_h: float, y: float) -> list[str]:
     if not np.isfinite([low_h, high_h]).all():
         return []
     width = 28.0
-    found = [
+    result = [
         element("rect", x=_LEFT_PX + n * width, y=y, width=width, height=12, fill=_colour(n / 8.0, 0.0, 1.0))
         for n in range(9)
     ]
-    found.append(text(f"{low_h:.2f} h", _LEFT_PX, y - 4.0, class_="faint"))
-    found.append(text(f"{high_h:.2f} h", _LEFT_PX + 9 * width, y - 4.0, class_="faint", text_anchor="end"))
+    result.append(text(f"{low_h:.2f} h", _LEFT_PX, y - 4.0, class_="faint"))
+    result.append(text(f"{high_h:.2f} h", _LEFT_PX + 9 * width, y - 4.0, class_="faint", text_anchor="end"))
     words = "dots: fewer parts are served; grey: building; ochre: yard; dashed: access of trucks"
-    found.append(text(words, _LEFT_PX + 10 * width, y + 10.0, class_="faint"))
-    return found
+    result.append(text(words, _LEFT_PX + 10 * width, y + 10.0, class_="faint"))
+    return result
 
 
 def _colour(value: float, low: float, high: float) -> str:

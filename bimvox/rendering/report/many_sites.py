@@ -46,15 +46,15 @@ def many_sites_page(rows: Sequence[Row]) -> bytes:
 
 def _totals(rows: Sequence[Row]) -> list[tuple[str, str]]:
     """Return the sums of hours and cost over the sites whose given and best set-ups are both planned."""
-    found = []
+    result = []
     for words, what, key, digits in (("Crane hours", "fastest", "hours", 1), ("Cost", "cheapest", "cost", 0)):
         known = [one for one in rows if one[f"given_{key}"] and one[f"{what}_{key}"]]
         given, best = (sum(one[f"{which}_{key}"] for one in known) for which in ("given", what))
         if known and len({one["currency"] for one in known}) == 1:
             unit = f" {escape(known[0]['currency'])}" if key == "cost" else " h"
             said = f"{fixed(given, digits)} given, {number(best, fixed(best, digits), key)}{unit} {what}"
-            found.append((words, f"{said}, {_change(given, best)}; {counted(len(known), 'site')}"))
-    return found
+            result.append((words, f"{said}, {_change(given, best)}; {counted(len(known), 'site')}"))
+    return result
 
 
 def _row(one: Row) -> str:

@@ -161,12 +161,12 @@ def _ring_labels(
 ) -> list[Label]:
     """Return places for the capacity at a radius: next to the jib, then along the ring."""
     words = f"{length(radius_m)}: {fixed(mass_kg / 1000.0, 2)} t"
-    found = []
+    result = []
     for turn in (0, *(side * n for n in range(1, 13) for side in (1, -1))):
         angle = towards_rad + turn * pi / 12.0
         x, y = sheet.at((crane["base_m"][0] + radius_m * cos(angle), crane["base_m"][1] + radius_m * sin(angle)))
-        found.append(Label(words, (x + 4.0, y - 3.0), "start", "halo ringed"))
-    return found
+        result.append(Label(words, (x + 4.0, y - 3.0), "start", "halo ringed"))
+    return result
 
 
 def _crane_names(sheet: Sheet, crane: dict[str, Any], towards_rad: float) -> list[Label]:

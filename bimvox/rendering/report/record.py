@@ -337,7 +337,7 @@ def blind_lifts(revision: Revision) -> list[dict[str, Any]]:
     or set, meets a cell of an obstruction, of structure, or of a part that is set before. The crane's own mast and the
     other parts in the yard do not count.
     """
-    site, found = revision.plan.site, []
+    site, result = revision.plan.site, []
     if not site.cranes:
         return []
     taken = (site.labels == Label.STRUCTURE) | (site.labels == Label.OBSTRUCTION)
@@ -354,10 +354,10 @@ def blind_lifts(revision: Revision) -> list[dict[str, Any]]:
                 where for where, cells in (("pick", stored), ("set", target)) if _hidden(site, crane, cells, taken)
             ]
             if hidden:
-                found.append({"number": lift.number, "order": lift.order, "hidden": hidden})
+                result.append({"number": lift.number, "order": lift.order, "hidden": hidden})
         if lift.is_set:
             taken[tuple(target.T)] = True
-    return found
+    return result
 
 
 def _hidden(site: Site, crane: TowerCrane, cells: NDArray[np.int64], taken: NDArray[np.bool_]) -> bool:

@@ -76,7 +76,7 @@ def _answers(
     front: Sequence[Mapping[str, Any]], given: Mapping[str, Any], currency: str, least_h: float, least_cost: float
 ) -> list[tuple[str, str]]:
     """Return the fastest, the cheapest and the least used set-up, against the given one, and the bounds."""
-    found = []
+    result = []
     best = {
         words: best_of(front, given, key)
         for words, key in (("fastest", "hours"), ("cheapest", "cost"), ("least used", "highest_utilisation"))
@@ -85,7 +85,7 @@ def _answers(
         if one is None:
             continue
         if one is given:
-            found.append((words, "the given set-up; none of the others is better"))
+            result.append((words, "the given set-up; none of the others is better"))
             continue
         said = f"{escape(_name(one))} at {_at(one)}: {fixed(one['hours'], 2)} h, {one['cost']:,.0f} {escape(currency)}"
         if given["hours"] and given["refused"] != one["refused"]:
@@ -96,19 +96,19 @@ def _answers(
             said += f"; {_less(saved, given[key])} {what}, {_less(cost, given['cost'])} cost than given"
         if one["highest_utilisation"] is not None:
             said += f"; {percent(one['highest_utilisation'], 0)} of the capacity"
-        found.append((words, said))
+        result.append((words, said))
     # The bounds are those of one crane.
     alone = [one for one in front if one["moving_hours"] is not None]
     if least_h and alone:
         left = _left(least_h, min(one["moving_hours"] for one in alone))
         said = f"no hammerhead moves less than {fixed(least_h, 2)} h with the yards looked at and the clearance kept"
-        found.append(("bound", f"{said}: at most {left} of the fastest one's moving time there is left to gain"))
+        result.append(("bound", f"{said}: at most {left} of the fastest one's moving time there is left to gain"))
     if least_cost:
         said = f"no machine that was tried carries these parts alone for less than {least_cost:,.0f} {escape(currency)}"
         if alone:
             said += f": at most {_left(least_cost, min(one['cost'] for one in alone))} of the cheapest is left to gain"
-        found.append(("least cost", said))
-    return found
+        result.append(("least cost", said))
+    return result
 
 
 def _left(least: float, found: float) -> str:

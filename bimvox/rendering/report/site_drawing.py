@@ -234,14 +234,14 @@ def distances(cranes: Sequence[TowerCrane], building: BaseGeometry, yard: BaseGe
     pairs = [(f"{name} to building", axis, building) for name, axis in axes]
     pairs += [(f"{name} to yard", axis, yard) for name, axis in axes]
     pairs.append(("building to yard", building, yard))
-    found = []
+    result = []
     for name, first, second in pairs:
         if first.is_empty or second.is_empty:
             continue
         line = shapely.shortest_line(first, second)
         ends = [rounded(at) for at in shapely.get_coordinates(line)]
-        found.append({"name": name, "ends_m": ends, "distance_m": round(float(line.length), 3)})
-    return found
+        result.append({"name": name, "ends_m": ends, "distance_m": round(float(line.length), 3)})
+    return result
 
 
 def north_of(georeference: Mapping[str, Any], site_to_ifc: NDArray[np.float64]) -> dict[str, Any] | None:

@@ -104,16 +104,16 @@ def _blocker(site: Site, blocker: Blocker) -> dict[str, Any]:
 
 def _stored(revision: Revision) -> list[dict[str, Any]]:
     """Return the boxes of the parts in the yard, with lift and delivery."""
-    frame, found = revision.plan.site.frame, []
+    frame, result = revision.plan.site.frame, []
     for lift in revision.lifts:
         if lift.place is None or lift.status is not Status.PLANNED:
             continue
         low = np.array(frame.corner_of(lift.place.cell_vox))[:2]
         high = low + np.array(lift.place.shape.size_vox[:2]) * frame.voxel_size_m
-        found.append(
+        result.append(
             {"number": lift.number, "delivery": lift.place.delivery + 1, "box_m": [rounded(low), rounded(high)]}
         )
-    return found
+    return result
 
 
 def _frames(revision: Revision) -> list[dict[str, Any]]:
@@ -221,8 +221,8 @@ def fall_distance_m(height_m: _Floats) -> _Floats:
     """Return how far a load travels at least when it falls; above the table in proportion to its end."""
     heights, distances = np.array(FALL_M).T
     beyond = np.maximum(height_m - heights[-1], 0.0) * distances[-1] / heights[-1]
-    found: _Floats = np.interp(height_m, heights, distances) + beyond
-    return found
+    result: _Floats = np.interp(height_m, heights, distances) + beyond
+    return result
 
 
 def reach_of(component: Component) -> float:
@@ -254,5 +254,5 @@ def _runs(same: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
 def _path(points: _Floats) -> _Floats:
     """Return a path without what does not change it; at least two points."""
     line = shapely.LineString(points).simplify(_SIMPLE_M)
-    found: _Floats = shapely.get_coordinates(line)
-    return found
+    result: _Floats = shapely.get_coordinates(line)
+    return result

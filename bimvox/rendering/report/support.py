@@ -45,7 +45,7 @@ def supports_of(revision: Revision) -> list[dict[str, Any]]:
         moment_knm, outrigger_kn, mat_kpa, needed_m2``.
     """
     site, given = revision.plan.site, revision.config.support if revision.config else ()
-    found = []
+    result = []
     for index, crane in enumerate(site.cranes):
         own = [motion for motion in revision.motions if motion.crane == index]
         if not own:
@@ -66,8 +66,8 @@ def supports_of(revision: Revision) -> list[dict[str, Any]]:
             "hook_m": crane.highest_hook_m - crane.base_m[2],
             "slewing_knm": inertia_kg_m2 * crane.slewing.acceleration / 1e3,
         }
-        found.append(loads | _with_crane(loads, stated or SupportConfig()))
-    return found
+        result.append(loads | _with_crane(loads, stated or SupportConfig()))
+    return result
 
 
 def _with_crane(loads: dict[str, Any], stated: SupportConfig) -> dict[str, Any]:
@@ -225,13 +225,13 @@ def out_of_service(revision: Revision) -> list[dict[str, Any]]:
         ``low_m`` (their lowest point), and ``meets``: names of parts, obstructions, structure and other cranes that
         reach into the circle at that height. A mobile crane is not left standing: its circle is None.
     """
-    site, found = revision.plan.site, []
+    site, result = revision.plan.site, []
     for index, crane in enumerate(site.cranes):
         own = outline_of(crane)
         swings = crane.kind != "mobile"
         low_m = min(own.jib_m[0], own.tail_height_m[0])
         radius_m = max(own.jib_end_m, own.tail_m)
-        found.append(
+        result.append(
             {
                 "crane": crane.name,
                 "kind": crane.kind,
@@ -241,7 +241,7 @@ def out_of_service(revision: Revision) -> list[dict[str, Any]]:
                 "meets": list(_meets(site, index, own, radius_m, low_m)) if swings else [],
             }
         )
-    return found
+    return result
 
 
 def _meets(site: Site, index: int, own: CraneOutline, radius_m: float, low_m: float) -> Iterator[str]:
