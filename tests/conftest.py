@@ -16,9 +16,10 @@ settings.load_profile("bimvox")
 
 
 def pytest_collection_finish() -> None:
-    """Leave what is loaded by now out of every later collection of garbage."""
+    """Collect garbage rarely, and leave what is loaded by now out of it: a process of the tests holds a lot."""
     gc.collect()
     gc.freeze()
+    gc.set_threshold(50_000, 20, 10)
 
 
 @pytest.fixture(scope="session", autouse=True)
