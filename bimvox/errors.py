@@ -32,9 +32,9 @@ from pathlib import Path
 from typing import Any
 
 
-def shown(value: object, most: int = 80) -> str:
-    """Return a value as a message repeats it: a text in quotes, numbers as people write them, cut to ``most``."""
-    return cut(repr(_of_python(value)), most)
+def shown(value: object) -> str:
+    """Return a value as a message repeats it: a text in quotes, numbers as people write them, cut."""
+    return cut(repr(_of_python(value)))
 
 
 def _of_python(value: object) -> object:

@@ -71,19 +71,19 @@ def _insist_on_root(path: Path, error_kind: ErrorKind = FileError) -> None:
         )
 
 
-def require_input(path: Path, error_kind: ErrorKind = FileError) -> Path:
+def require_input(path: Path) -> Path:
     """Return ``path`` if it is a readable regular file that is not empty.
 
     Raises:
-        FileError: If it is missing, a folder, a pipe, a device, unreadable or empty; of the kind ``error_kind``.
+        FileError: If it is missing, a folder, a pipe, a device, unreadable or empty.
     """
-    if not require_regular(path, error_kind, MOST_BYTES):
-        raise _empty(path, error_kind)
+    if not require_regular(path):
+        raise _empty(path, FileError)
     try:
         with path.open("rb"):
             return path
     except OSError as error:
-        raise error_kind(path, f"cannot be read: {reason_of(error)}", hint="check the file's permissions") from error
+        raise FileError(path, f"cannot be read: {reason_of(error)}", hint="check the file's permissions") from error
 
 
 def read_input(
@@ -91,14 +91,10 @@ def read_input(
 ) -> bytes:
     """Return the bytes of a regular file; it is looked at before it is opened, and measured before it is read.
 
-    Args:
-        path: The file.
-        error_kind: Makes the error.
-        most_bytes: The largest file that is accepted.
-        may_be_empty: Whether the caller itself says what an empty file means.
+    With ``may_be_empty``, the caller itself says what an empty file means.
 
     Raises:
-        FileError: As :func:`require_input`, and if the file is larger than ``most_bytes``.
+        FileError: As :func:`require_input`, and if the file is larger than ``most_bytes``; of the kind ``error_kind``.
     """
     require_regular(path, error_kind, most_bytes)
     try:
