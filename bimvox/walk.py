@@ -19,7 +19,7 @@ from __future__ import annotations
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
 from hashlib import blake2b
 from typing import Any, Generic, TypeVar, cast
@@ -35,6 +35,13 @@ T = TypeVar("T")
 
 _DIGEST_BYTES = 16
 _PLAIN = (str, int, float, bool, bytes, type(None), Enum, np.generic)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shared:
+    """What many steps read, in one object, so that its content is digested once and not for every step."""
+
+    content: tuple[object, ...]
 
 
 class Store:

@@ -27,7 +27,7 @@ from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.site import Site
-from bimvox.walk import Store, Walk
+from bimvox.walk import Shared, Store, Walk
 from bimvox.workers import ALONE, Workers
 
 NOWHERE: Mapping[int, CraneStart] = {}
@@ -142,9 +142,9 @@ class _LegMaking(Walk[_Stand, _Sought, "Legs | MotionError"]):
         return {self._crane(lift): lift.order for lift in self.plan.lifts if lift.status is Status.PLANNED}
 
     @cached_property
-    def _lying(self) -> tuple[object, ...]:
+    def _lying(self) -> Shared:
         """How all parts lie or are set."""
-        return tuple((one.component, one.status, one.by_other_means, one.place) for one in self.plan.lifts)
+        return Shared(tuple((one.component, one.status, one.by_other_means, one.place) for one in self.plan.lifts))
 
     def _crane(self, lift: Lift) -> int:
         return self.plan.site.components[lift.component].crane

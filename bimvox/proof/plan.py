@@ -47,7 +47,7 @@ from bimvox.records.lift import NOT_ITS_CELLS, Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.site.component import Component
 from bimvox.units import mass_text
-from bimvox.walk import Store, Task, Walk
+from bimvox.walk import Shared, Store, Task, Walk
 from bimvox.workers import ALONE, Workers
 
 CHECKS = (
@@ -147,10 +147,10 @@ class LiftProofs(Walk[Standing, Task, Mapping[str, Check]]):
         return [(lift.component, lift.status, lift.is_set) for lift in self.lifts]
 
     @cached_property
-    def lying(self) -> tuple[object, ...]:
+    def lying(self) -> Shared:
         """Where all parts lie in the yard, and the findings in the model."""
         lying = tuple((lift.component, lift.order, lift.place, lift.in_yard is None) for lift in self.lifts)
-        return lying, self.plan.clashes, self.plan.unheld
+        return Shared((lying, self.plan.clashes, self.plan.unheld))
 
     def begin(self) -> Standing:
         """Return what stands before the first lift."""

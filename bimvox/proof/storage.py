@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.own_box import laid_flat_m, sizes_m
+from bimvox.kept import kept
 from bimvox.proof.crane.axes import shares_of_capacity
 from bimvox.proof.moment import Thing, beside, stored_thing
 from bimvox.proof.space import whole_cells
@@ -196,11 +197,17 @@ def stands_on_something(site: Site, place: YardPlace) -> bool:
     below = place.shape.cells[place.shape.cells[:, 2] == 0] + np.array(place.cell_vox) - np.array([0, 0, 1])
     if (below < 0).any() or (below >= site.shape).any():
         return False
-    filled = np.zeros(site.shape, np.bool_)
+    return bool(_firm_cells(site)[tuple(below.T)].all())
+
+
+@kept
+def _firm_cells(site: Site) -> NDArray[np.bool_]:
+    """Return (X, Y, Z) whether ground or structure is there."""
+    firm = np.zeros(site.shape, np.bool_)
     for blocker in site.blockers:
         if blocker.kind in ("ground", "structure"):
-            filled[tuple(blocker.cells.T)] = True
-    return bool(filled[tuple(below.T)].all())
+            firm[tuple(blocker.cells.T)] = True
+    return firm
 
 
 def _ground_under(site: Site, place: YardPlace) -> int:
