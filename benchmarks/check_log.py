@@ -58,7 +58,7 @@ def _schedule_read(python: Path, log: Path, folder: Path) -> int | None:
     from bimvox_pipeline.export import export
 
     from bimvox.exporters.lift_schedule import duration_text
-    from bimvox.log.dates import log_dates
+    from bimvox.log.plan_log import log_dates
     from bimvox.log.reader import read_log
     from bimvox.progress import SilentProgress
     from bimvox.site.programme import read_programme

@@ -75,8 +75,8 @@ def single_rate(observation: str) -> float:
 def batched_rate(interface: str, sites: int, threads: int, observation: str = "paper") -> float:
     """Return the rate of one of the batched interfaces."""
     from bimvox.paper.env.batched import BatchedPaperSite
-    from bimvox.paper.env.presets import PAPER
     from bimvox.paper.env.site_env import PaperVectorEnv
+    from bimvox.paper.env.spec import PAPER
     from bimvox.policy.vec_env import BatchVecEnv
 
     actions = np.random.default_rng(0).integers(6, size=(100, sites))

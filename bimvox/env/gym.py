@@ -25,7 +25,7 @@ PAPER_ENV_IDS: dict[str, str] = {
     "bimvox/PrefabSiteObstructed-v0": "obstructed",
     "bimvox/PrefabFrame-v0": "frame",
 }
-"""The ids of construction sites, each with the key of its site in ``bimvox.paper.env.presets.PRESETS``."""
+"""The ids of construction sites, each with the key of its site in ``bimvox.paper.env.spec.PRESETS``."""
 
 LIFT_ENV_ID = "bimvox/Lift-v0"
 LIVE_ENV_ID = "bimvox/LiveSite-v0"

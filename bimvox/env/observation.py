@@ -1,7 +1,7 @@
 """The observation of the policy: one vector of fixed size for any site and component, with or without a hoist rope.
 
 It is computed from the summed-area table and the map of the hook. Only the teacher sees the distance field. Offsets,
-windows and actions are in the frame of :mod:`bimvox.env.frame`. In order:
+windows and actions are in the frame of :mod:`bimvox.env.observation`. In order:
 
 * **about the component**: whether each placement of a window of 9 x 9 x 5 is free (0) or blocked (1), then a window of
   7 x 7 x 5 cells on each of five coarser levels. A cell of scale s stands for the block of placements around
@@ -17,7 +17,7 @@ windows and actions are in the frame of :mod:`bimvox.env.frame`. In order:
   whether the hook line must be free (rope);
 * **the history**: the last action, how often each neighbouring cell was visited (the loop guard's memory), and the
   displacement in the last 8, 32 and 128 steps: a component that goes around an obstacle keeps its direction;
-* **the frame**: not for the network, but to transform its values back (:func:`bimvox.env.frame.frame_of`).
+* **the frame**: not for the network, but to transform its values back (:func:`bimvox.env.observation.frame_of`).
 """
 
 from __future__ import annotations
@@ -28,12 +28,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, leaf_kernel
-from bimvox.env.actions import ACTION_COUNT
+from bimvox.env.actions import ACTION_COUNT, MOVES
 from bimvox.env.dynamics import LiftState
-from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT, frame_of, from_frame, to_frame
 from bimvox.env.guard import visits_around
 from bimvox.grid.summed_area import box_sum
 from bimvox.site.collision import CollisionSpace, hook_is_free, placement_is_free
+
+# The policy's own frame: the site mirrored and turned so that the goal lies ahead and to one side. A site and its seven
+# mirror images and quarter turns need the same decision. So the observation is written in a frame whose first axis is
+# the horizontal axis along which the goal is farther, with the goal on its positive side; the action values are
+# transformed back. One network learns all eight cases at once, and acts the same on a mirrored site.
+
+FRAME_COUNT = 8
+
+
+@leaf_kernel
+def frame_of(dx: int, dy: int) -> int:
+    """Return the frame for a goal at (dx, dy): 1 if x is negative, + 2 if y is, + 4 if the axes change places."""
+    return (1 if dx < 0 else 0) + (2 if dy < 0 else 0) + (4 if abs(dy) > abs(dx) else 0)
+
+
+def _frame_actions() -> NDArray[np.int64]:
+    """Return (FRAME_COUNT, ACTION_COUNT): which of the frame's actions each action of the site is."""
+    moves = [tuple(move) for move in MOVES.tolist()]
+    table = np.zeros((FRAME_COUNT, ACTION_COUNT), np.int64)
+    for frame in range(FRAME_COUNT):
+        for action, (x, y, z) in enumerate(moves):
+            seen_x, seen_y = x * (-1 if frame & 1 else 1), y * (-1 if frame & 2 else 1)
+            if frame & 4:
+                seen_x, seen_y = seen_y, seen_x
+            table[frame, action] = moves.index((seen_x, seen_y, z))
+    return table
+
+
+FRAME_ACTIONS: NDArray[np.int64] = _frame_actions()
+"""(FRAME_COUNT, ACTION_COUNT) int64: which of the frame's actions each action of the site is."""
+FRAME_ACTIONS.flags.writeable = False
+
+
+@leaf_kernel
+def to_frame(frame: int, x: int, y: int) -> tuple[int, int]:
+    """Return a horizontal offset on the site as it is in the frame."""
+    u = -x if frame & 1 else x
+    v = -y if frame & 2 else y
+    return (v, u) if frame & 4 else (u, v)
+
+
+@leaf_kernel
+def from_frame(frame: int, u: int, v: int) -> tuple[int, int]:
+    """Return a horizontal offset in the frame as it is on the site."""
+    x, y = (v, u) if frame & 4 else (u, v)
+    return (-x if frame & 1 else x), (-y if frame & 2 else y)
+
 
 Corner = tuple[int, int, int]
 
@@ -179,7 +225,7 @@ class _FramedBox(NamedTuple):
     Attributes:
         low: Lowest corner relative to the reference cell.
         high: Highest corner relative to the reference cell.
-        frame: Which of the policy's frames (:func:`bimvox.env.frame.frame_of`).
+        frame: Which of the policy's frames (:func:`bimvox.env.observation.frame_of`).
     """
 
     low: Corner

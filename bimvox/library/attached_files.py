@@ -37,9 +37,8 @@ from bimvox.library.site import (
     rasterise,
     survey_in,
 )
-from bimvox.log.dates import attached_programme
-from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE
-from bimvox.log.plan_log import GEOREFERENCE, PlanLog
+from bimvox.log.plan_json import HELD_CRANES_FILE, HELD_FILE
+from bimvox.log.plan_log import GEOREFERENCE, PlanLog, attached_programme
 from bimvox.records.motion import TRACKS
 from bimvox.records.proof import Check
 from bimvox.site.areas import NO_HOOK, NO_LOAD, columns_centred_in, columns_without, hook_heights

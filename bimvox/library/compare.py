@@ -19,7 +19,7 @@ from bimvox.live.deciders import Rules as DecisionRules
 from bimvox.live.execution import carried_out_again
 from bimvox.live.tracks import NamedTraffic, traffic_stated
 from bimvox.log.bundle import is_same_archive
-from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_files, held_in
+from bimvox.log.plan_json import HELD_CRANES_FILE, HELD_FILE, held_files, held_in
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.lift import LOAD_IS_HELD
 from bimvox.records.motion import CarriedOut, LiftMotion, Trajectory

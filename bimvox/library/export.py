@@ -19,8 +19,7 @@ from bimvox.library.arguments import insist, path_of
 from bimvox.library.attached_files import building_of, completed, config_in
 from bimvox.library.plan_value import Plan
 from bimvox.library.render import revision_of_plan
-from bimvox.log.dates import log_dates
-from bimvox.log.plan_log import PlanLog, chosen_lifts
+from bimvox.log.plan_log import PlanLog, chosen_lifts, log_dates
 from bimvox.log.reader import read_log
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.rendering.page.document import page_json

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from bimvox.errors import InputError, MissingPackageError
 from bimvox.files import write_atomically
 from bimvox.library.arguments import insist, path_of
-from bimvox.log.dates import all_remarks
-from bimvox.log.plan_log import PlanLog, with_full_rate
+from bimvox.log.plan_log import PlanLog, all_remarks, with_full_rate
 from bimvox.log.reader import read_log as read_record
 from bimvox.log.recorder import write_log as write_record
 from bimvox.motion.figures import PlanFigures, plan_figures

@@ -14,8 +14,8 @@ from bimvox.grid.voxel_grid import VoxelGrid
 from bimvox.library.arguments import insist, path_of, whole
 from bimvox.library.plan_value import Plan
 from bimvox.library.site import LoadedSite
-from bimvox.log.dates import all_remarks, log_dates
 from bimvox.log.moving import tracks_of
+from bimvox.log.plan_log import all_remarks, log_dates
 from bimvox.log.recorder import write_log
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.rendering.page.page import page_of

@@ -28,8 +28,7 @@ from torch.nn import functional
 
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.batched import BatchedLiftEnv
-from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
-from bimvox.env.observation import INPUT_SIZE, NEIGHBOURS, VIEW_SIZE
+from bimvox.env.observation import FRAME_ACTIONS, FRAME_COUNT, INPUT_SIZE, NEIGHBOURS, VIEW_SIZE
 from bimvox.errors import PolicyError
 from bimvox.policy.config import DqnChoices, DqnConfig
 from bimvox.policy.network import QNetwork

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.env.actions import ACTION_COUNT
-from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
-from bimvox.env.observation import INPUT_SIZE, VIEW_SIZE
+from bimvox.env.observation import FRAME_ACTIONS, FRAME_COUNT, INPUT_SIZE, VIEW_SIZE
 from bimvox.errors import PolicyError
 
 GROUP = 128

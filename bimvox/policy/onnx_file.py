@@ -9,8 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
-from bimvox.env.observation import INPUT_SIZE, VIEW_SIZE
+from bimvox.env.observation import FRAME_ACTIONS, FRAME_COUNT, INPUT_SIZE, VIEW_SIZE
 from bimvox.errors import PolicyError
 from bimvox.policy.network import QNetwork
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.guard import Guard
@@ -22,9 +24,64 @@ from bimvox.planning.rollout import (
     roll_out_starts,
 )
 from bimvox.policy.generalist.suite import ProblemSet, digest_of, frozen_problem, problem_sets, set_digest
-from bimvox.policy.score_document import PolicyScore, SetScore, WayScore
 from bimvox.policy.train import success_at_least
 from bimvox.progress import Progress
+from bimvox.site.config.validation import Table, Text, Whole
+
+# The result of ``bimvox policy score``; ``bimvox schema score`` prints its schema.
+
+_Count = Annotated[Whole, Field(ge=0)]
+_Share = Annotated[float, Field(ge=0.0, le=1.0)]
+_Ratio = Annotated[float, Field(ge=0.0)]
+_Sha256 = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+
+
+class WayScore(Table):
+    """How a policy did in one way."""
+
+    arrived: _Count
+    """Problems on which it reached the target."""
+    success: _Share
+    """Their share."""
+    interval: tuple[_Share, _Share]
+    """Exact two-sided 95 % interval of that share (Clopper and Pearson)."""
+    moves_per_shortest: _Ratio | None
+    """Mean of path moves (loops cut) / fewest moves, over those that arrived; null if none did."""
+    made_per_shortest: _Ratio
+    """Mean of moves made, in all tries, / fewest moves, over all problems."""
+
+
+class SetScore(Table):
+    """How a policy did on one set of problems."""
+
+    set: Text
+    """Name of the set."""
+    problems: Annotated[Whole, Field(ge=1)]
+    """How many of them, from the first on."""
+    digest: _Sha256
+    """SHA-256 of their digests, one a line: equal digests, equal problems."""
+    alone: WayScore
+    """By the free move of the highest value."""
+    guarded: WayScore
+    """Under the loop guard: up to four tries, one way."""
+
+
+class PolicyScore(Table):
+    """The score of a policy on the frozen held-out problems."""
+
+    policy: Text
+    """Id, ``greedy``, the beginning of the file's SHA-256, or ``module:function``."""
+    format: Literal["bimvox-policy-score"]
+    """Name of this format."""
+    version: Literal[1]
+    """Version of this format."""
+    observation: Text
+    """Name of what the policy observes."""
+    share: Annotated[float, Field(gt=0.0, le=1.0)]
+    """Share of each set, from its first problem on."""
+    sets: Annotated[tuple[SetScore, ...], Field(min_length=1)]
+    """Scores by set."""
+
 
 _NO_GUARD = Guard(factor=0.0, slack=-1, reach_vox=-2, cost=0.0, visit_cost=0.0)
 """The free move of the highest value, whatever was visited before."""

@@ -5,7 +5,7 @@ import numpy as np
 import torch
 from stable_baselines3 import DQN
 
-from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
+from bimvox.env.observation import FRAME_ACTIONS, FRAME_COUNT
 
 STEPS = 8_000
 

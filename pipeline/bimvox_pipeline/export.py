@@ -129,7 +129,7 @@ def _format(source: Path, kind: Kind, to: str | None, out: Path | None) -> Forma
 def _dating(log: PlanLog, wanted: Format, begins: datetime | None) -> Iterator[str]:
     """Yield what a reader of the file must know about its dates."""
     from bimvox.exporters.lift_schedule import DEFAULT_BEGIN
-    from bimvox.log.dates import log_dates
+    from bimvox.log.plan_log import log_dates
     from bimvox.records.dates import in_words
 
     dates = log_dates(log, begins)

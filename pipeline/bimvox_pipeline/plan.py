@@ -15,8 +15,7 @@ from bimvox.library.arguments import PolicyWish
 from bimvox.library.plan import planned
 from bimvox.library.prove import Planned
 from bimvox.library.site import load_site, read_obstructions
-from bimvox.log.dates import log_dates
-from bimvox.log.plan_log import PlanLog, with_full_rate
+from bimvox.log.plan_log import PlanLog, log_dates, with_full_rate
 from bimvox.log.recorder import write_log
 from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
 from bimvox.motion.steps import steps_of

@@ -20,7 +20,7 @@ _SCHEMAS = {
     "grid": f"{__name__}:grid_json_schema",
     "log": f"{__name__}:log_schema",
     "page": "bimvox.rendering.page.document:page_json_schema",
-    "score": "bimvox.policy.score_document:PolicyScore.file_schema",
+    "score": "bimvox.policy.score:PolicyScore.file_schema",
 }
 """The function that makes each format's schema; its module is imported on use."""
 

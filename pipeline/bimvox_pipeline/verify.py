@@ -9,8 +9,7 @@ from typing import Any
 from bimvox.crane.machine import identity
 from bimvox.library.claims import Given
 from bimvox.library.verify import prove, prove_further, read_whole
-from bimvox.log.dates import all_remarks
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import PlanLog, all_remarks
 from bimvox.progress import Progress
 from bimvox.records.lift import infeasible_among
 from bimvox.records.proof import CHECK, Check, Verification

@@ -30,7 +30,7 @@ from benchmarks.voxelize.tool import OURS, make_voxelizer
 from bimvox.library.site import load_site, rasterise
 from bimvox.live.planned import job_of
 from bimvox.motion.time_plan import time_plan
-from bimvox.paper.env.presets import PAPER
+from bimvox.paper.env.spec import PAPER
 from bimvox.paper.policy.config import MODES
 from bimvox.paper.policy.initialization import initialize
 from bimvox.planning.order_search import prepare

@@ -12,7 +12,7 @@ from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.problem import default_problem
 from bimvox.errors import ActionError
 from bimvox.paper.env.batched import BatchedPaperSite
-from bimvox.paper.env.presets import PAPER
+from bimvox.paper.env.spec import PAPER
 from bimvox.policy.vec_env import BatchVecEnv
 
 

@@ -7,7 +7,6 @@ import pytest
 from lift_sites import clearance_of, random_occupancy
 
 from bimvox.env.dynamics import LiftState
-from bimvox.env.frame import frame_of, from_frame
 from bimvox.env.observation import (
     GOAL_SIZE,
     GOAL_START,
@@ -20,6 +19,8 @@ from bimvox.env.observation import (
     VIEW_SIZE,
     WINDOW,
     WINDOW_SIZE,
+    frame_of,
+    from_frame,
     look,
 )
 from bimvox.site.collision import CollisionSpace, placement_is_free

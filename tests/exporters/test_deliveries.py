@@ -12,8 +12,7 @@ import seeded_faults as faults
 from log_building import tiny_log
 
 from bimvox.exporters.csv_json import DELIVERY_COLUMNS, deliveries_csv, delivery_records, json_bytes
-from bimvox.log.dates import log_dates
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import PlanLog, log_dates
 
 CALENDAR = b"\n[calendar]\nstart = 2026-03-09\nunloading_s = UNLOADING\n"
 

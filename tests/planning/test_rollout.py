@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 from lift_sites import clearance_of, random_occupancy
 
 from bimvox.env.dynamics import StepLimit
-from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
 from bimvox.env.guard import GUARDS
-from bimvox.env.observation import GOAL_SIZE, GOAL_START, VIEW_SIZE
+from bimvox.env.observation import FRAME_ACTIONS, FRAME_COUNT, GOAL_SIZE, GOAL_START, VIEW_SIZE
 from bimvox.env.problem import LiftProblem, lift_problem
 from bimvox.planning.rollout import (
     ARRIVALS,

@@ -12,7 +12,7 @@ from benchmarks.train_generalist import Check, Run, train_generalist
 from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.problem import default_problem
 from bimvox.errors import PolicyError
-from bimvox.paper.policy.learning import learn
+from bimvox.paper.policy.initialization import learn
 from bimvox.paper.policy.network import network_to_bytes
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.dqn import device_named, dqn_of_lifts, network_of

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
-from bimvox.env.observation import INPUT_SIZE, VIEW_SIZE
+from bimvox.env.observation import FRAME_ACTIONS, FRAME_COUNT, INPUT_SIZE, VIEW_SIZE
 from bimvox.errors import PolicyError
 from bimvox.policy.network import GROUP, NO_SUMS, QNetwork, network_from_arrays, sparse_layer, sums_of_groups
 

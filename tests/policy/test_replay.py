@@ -12,8 +12,7 @@ from bimvox.env.dynamics import StepLimit
 from bimvox.env.problem import default_problem
 from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.env.layout import PaperLayout
-from bimvox.paper.env.presets import PAPER
-from bimvox.paper.env.spec import YardPose
+from bimvox.paper.env.spec import PAPER, YardPose
 from bimvox.paper.policy.config import PAPER_MODE
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.replay import ViewReplay

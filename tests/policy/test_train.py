@@ -9,9 +9,8 @@ from lift_sites import building_problems, clearance_of
 
 from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.dynamics import StepLimit
-from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT
 from bimvox.env.lift_env import LiftEnv
-from bimvox.env.observation import GOAL_START
+from bimvox.env.observation import FRAME_ACTIONS, FRAME_COUNT, GOAL_START
 from bimvox.env.problem import default_problem, training_problem
 from bimvox.errors import PlanningError
 from bimvox.policy.config import DqnConfig

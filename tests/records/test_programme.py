@@ -14,8 +14,7 @@ from opened_pages import revision_of
 from xer_files import xer_text
 
 from bimvox.errors import ConfigError
-from bimvox.log.dates import all_remarks, log_dates
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import PlanLog, all_remarks, log_dates
 from bimvox.records.programme import PERCENTILES, _WorkingDays, added_ns
 from bimvox.remarks.table import LATE
 from bimvox.rendering.report.page import programme

@@ -43,7 +43,7 @@ from bimvox.library.revise import carry_out
 from bimvox.live.tracks import traffic_named
 from bimvox.log import schema as topics
 from bimvox.log.bundle import pack, unpack
-from bimvox.log.held import held_files
+from bimvox.log.plan_json import held_files
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.segments import FIRST_PLAN, NOW_NS, first_plan_of
 from bimvox.motion.time_plan import time_plan

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from reference import box_mesh, moved, rotation
 
-from bimvox.voxelization import ownership
-from bimvox.voxelization.ownership import Ownership
+from bimvox.voxelization.building import Ownership
 from bimvox.voxelization.part import voxelize_mesh
 
 LOW, HIGH = np.array([-10, -10, -10]), np.array([11, 13, 15])
@@ -23,7 +22,7 @@ def filled(parts: int = 6) -> Ownership:
 
 def test_room_is_made_as_it_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
     reserved = filled()
-    monkeypatch.setattr(ownership, "_RESERVED", 0)
+    monkeypatch.setattr("bimvox.voxelization.building._RESERVED", 0)
     grown = filled()
     for a, b in zip(reserved.shared(), grown.shared(), strict=True):
         np.testing.assert_array_equal(a, b)

@@ -32,8 +32,7 @@ from bimvox.paper.env.dynamics import (
 from bimvox.paper.env.layout import PaperLayout, draw_layout, layout_of, no_layout, write_layout
 from bimvox.paper.env.observation import OBSERVATIONS, observation_space, write_observation
 from bimvox.paper.env.picture import SitePicture, ansi_picture, picture_of_site, states_of, target_of
-from bimvox.paper.env.presets import site_named
-from bimvox.paper.env.spec import PaperSpec
+from bimvox.paper.env.spec import PaperSpec, site_named
 from bimvox.paper.env.state import PaperState, drawing_of, empty_site, rules_of
 
 _MOST_LAYOUT_OBSTRUCTIONS = 64

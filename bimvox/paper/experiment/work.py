@@ -10,8 +10,7 @@ import numpy as np
 
 from bimvox.errors import PlanningError
 from bimvox.paper.env.layout import PaperLayout, random_layouts, yard_layouts
-from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, PAPER
-from bimvox.paper.env.spec import PaperSpec, YardPose
+from bimvox.paper.env.spec import FOUR_COLUMNS_FOUR_BEAMS, PAPER, PaperSpec, YardPose
 from bimvox.paper.experiment.jobs import Job
 from bimvox.paper.policy.baselines import Requirement, field_seconds, random_policy, tabular_q, teacher_moves
 from bimvox.paper.policy.config import PaperDqnConfig, paper_config_from_dict

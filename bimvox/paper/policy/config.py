@@ -29,7 +29,7 @@ class PaperDqnConfig(DqnChoices):
         importance_first: Exponent of its importance weights at the start; it rises to 1 over the budget. None: the
             weights are equal.
         symmetry: Whether every remembered transition is rotated and mirrored in plan at random before a gradient step
-            (``bimvox.paper.policy.learning``); for the egocentric observation only.
+            (``bimvox.paper.policy.initialization``); for the egocentric observation only.
         bootstrap_at_limit: Whether the target continues beyond the step limit (a truncation), or ends there, as in the
             original, which knew only "done".
         exploration_again: Share of random actions at the start of retraining a loaded network.

@@ -24,8 +24,7 @@ import numpy as np
 
 from bimvox.errors import PlanningError
 from bimvox.paper.env.layout import PaperLayout, check_layout, yard_layouts
-from bimvox.paper.env.presets import obstruction
-from bimvox.paper.env.spec import Box, PaperSpec, YardPose, above_slab, overlap
+from bimvox.paper.env.spec import Box, PaperSpec, YardPose, above_slab, obstruction, overlap
 from bimvox.paper.policy.baselines import teacher_moves
 from bimvox.paper.policy.config import PaperDqnConfig
 from bimvox.paper.policy.episodes import Episode

@@ -177,8 +177,8 @@ def revisions_of(
         LogFileError: If values of a log make no sense: nothing can be drawn from them.
     """
     from bimvox.library.attached_files import config_in
-    from bimvox.log.dates import log_dates
     from bimvox.log.moving import tracks_of
+    from bimvox.log.plan_log import log_dates
     from bimvox.log.schema import METADATA
     from bimvox.rendering.page.source import Revision
 
@@ -212,7 +212,7 @@ def _judged(read: _Read, proven: bool, progress: Progress) -> Judged:
             proof = with_claims(prove_plan(record, progress), record)
         else:
             proof = prove(read.contents, record, progress)
-    from bimvox.log.dates import all_remarks
+    from bimvox.log.plan_log import all_remarks
 
     return Judged(proof, all_remarks(record))
 

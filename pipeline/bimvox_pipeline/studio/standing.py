@@ -11,8 +11,7 @@ from typing import Any
 from bimvox.errors import BimvoxError, InputError
 from bimvox.files import sha256_of
 from bimvox.library.site import MACHINE, load_obstructions, rasterise, survey_in
-from bimvox.log.dates import attached_programme
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import PlanLog, attached_programme
 from bimvox.log.segments import first_plan_of
 from bimvox.motion.figures import plan_figures
 from bimvox.progress import SilentProgress

@@ -11,7 +11,7 @@ from typing import Any
 from bimvox.library.plan import log_of
 from bimvox.library.prove import Planned
 from bimvox.library.site import LoadedSite
-from bimvox.log.held import HELD_CRANES_FILE, HELD_FILE, held_files, held_in
+from bimvox.log.plan_json import HELD_CRANES_FILE, HELD_FILE, held_files, held_in
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.log.segments import FIRST_PLAN, NOW_NS, REPLAN_EVENT, first_plan_of, segment_of
 from bimvox.policy.choice import PolicyInUse

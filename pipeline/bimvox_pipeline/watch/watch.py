@@ -25,7 +25,7 @@ from bimvox.library.prove import plan_and_prove, prepared
 from bimvox.library.site import LoadedSite, load_site
 from bimvox.library.verify import prove_plan
 from bimvox.live.tracks import NamedTraffic
-from bimvox.log.held import HELD_CRANES_FILE
+from bimvox.log.plan_json import HELD_CRANES_FILE
 from bimvox.log.plan_log import LogEvent, PlanLog
 from bimvox.planning.preparation import Preparation, preparation_in
 from bimvox.planning.rollout import proposer

@@ -12,9 +12,8 @@ from bimvox.errors import PlanningError
 from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.env.layout import random_layouts, yard_layouts
 from bimvox.paper.env.observation import OBSERVATIONS
-from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER
 from bimvox.paper.env.site_env import PaperSiteEnv
-from bimvox.paper.env.spec import column
+from bimvox.paper.env.spec import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER, column
 from bimvox.paper.env.state import AIR, FIRST_COMPONENT
 
 TOWARDS = st.sampled_from([0.0, 0.7])

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from bimvox.paper.env.layout import PaperLayout
-from bimvox.paper.env.presets import PAPER, obstruction
 from bimvox.paper.env.site_env import PaperSiteEnv
-from bimvox.paper.env.spec import PaperSpec, YardPose, beam, column
+from bimvox.paper.env.spec import PAPER, PaperSpec, YardPose, beam, column, obstruction
 
 FORWARD, BACKWARD, LEFT, RIGHT, UP, DOWN = range(6)
 

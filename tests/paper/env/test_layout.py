@@ -9,9 +9,17 @@ from paper_reference import cells_of, is_solvable
 
 from bimvox.env.problem import default_problem
 from bimvox.paper.env.layout import PaperLayout, random_layouts, yard_layouts
-from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER, obstruction
 from bimvox.paper.env.site_env import PaperSiteEnv
-from bimvox.paper.env.spec import RandomObstructions, YardPose, beam, column
+from bimvox.paper.env.spec import (
+    FOUR_COLUMNS_FOUR_BEAMS,
+    OBSTRUCTED,
+    PAPER,
+    RandomObstructions,
+    YardPose,
+    beam,
+    column,
+    obstruction,
+)
 
 HERE = ((7, 7, 1),)
 

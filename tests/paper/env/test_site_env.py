@@ -8,9 +8,8 @@ import pytest
 
 from bimvox.paper.env.layout import PaperLayout
 from bimvox.paper.env.observation import OBSERVATIONS, WINDOW_CELLS
-from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER
 from bimvox.paper.env.site_env import PaperSiteEnv
-from bimvox.paper.env.spec import YardPose, column
+from bimvox.paper.env.spec import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER, YardPose, column
 
 CORNER = PaperLayout((YardPose(0, 0, "y"),), ((7, 7, 1),))
 

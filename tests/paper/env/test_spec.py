@@ -4,8 +4,19 @@ from dataclasses import replace
 
 import pytest
 
-from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, OBSTRUCTED, PAPER, PRESETS, obstruction
-from bimvox.paper.env.spec import PaperComponent, PaperSpec, RandomObstructions, YardPose, beam, column
+from bimvox.paper.env.spec import (
+    FOUR_COLUMNS_FOUR_BEAMS,
+    OBSTRUCTED,
+    PAPER,
+    PRESETS,
+    PaperComponent,
+    PaperSpec,
+    RandomObstructions,
+    YardPose,
+    beam,
+    column,
+    obstruction,
+)
 
 NARROW = {"shape": (8, 8, 6), "construction_area": (1, 1, 8, 8), "obstructions": (((3, 0, 1), (4, 1, 2)),)}
 """A yard one cell wide, cut by an obstruction."""

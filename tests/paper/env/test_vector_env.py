@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from bimvox.paper.env.presets import OBSTRUCTED, PAPER
 from bimvox.paper.env.site_env import INFO_KEYS, PaperVectorEnv
+from bimvox.paper.env.spec import OBSTRUCTED, PAPER
 
 
 def test_spaces_and_metadata():

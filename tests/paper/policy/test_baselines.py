@@ -7,8 +7,7 @@ import pytest
 from paper_lessons import TINY
 
 from bimvox.paper.env.layout import PaperLayout, random_layouts, yard_layouts
-from bimvox.paper.env.presets import FOUR_COLUMNS_FOUR_BEAMS, PAPER
-from bimvox.paper.env.spec import YardPose
+from bimvox.paper.env.spec import FOUR_COLUMNS_FOUR_BEAMS, PAPER, YardPose
 from bimvox.paper.policy.baselines import Requirement, field_seconds, random_policy, tabular_q, teacher_moves
 
 

@@ -7,7 +7,7 @@ import pytest
 from paper_lessons import QUICK, SLOW, TINY, drawn_network
 
 from bimvox.paper.env.layout import yard_layouts
-from bimvox.paper.env.presets import PAPER
+from bimvox.paper.env.spec import PAPER
 from bimvox.paper.policy import initialization
 from bimvox.paper.policy.baselines import teacher_moves
 from bimvox.paper.policy.config import OUR_MODE

@@ -11,7 +11,7 @@ from bimvox.errors import PolicyError
 from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.env.spec import PaperSpec, YardPose, beam
 from bimvox.paper.policy.config import AUTHORS_MODE, PAPER_MODE
-from bimvox.paper.policy.learning import IMAGES, Images, dqn_of_sites, learn, network_of
+from bimvox.paper.policy.initialization import IMAGES, Images, dqn_of_sites, learn, network_of
 from bimvox.paper.policy.network import network_from_bytes, network_to_bytes
 from bimvox.policy.replay import Transitions
 

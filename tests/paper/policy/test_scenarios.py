@@ -7,8 +7,7 @@ import pytest
 
 from bimvox.errors import PlanningError
 from bimvox.paper.env.layout import PaperLayout, check_layout, random_layouts
-from bimvox.paper.env.presets import PAPER
-from bimvox.paper.env.spec import YardPose, overlap
+from bimvox.paper.env.spec import PAPER, YardPose, overlap
 from bimvox.paper.policy import scenarios
 from bimvox.paper.policy.baselines import teacher_moves
 from bimvox.paper.policy.config import PAPER_MODE

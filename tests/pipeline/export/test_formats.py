@@ -28,9 +28,8 @@ from valid_ifc import issues
 
 from bimvox.errors import FileError, InputError
 from bimvox.library.arguments import PolicyWish
-from bimvox.log.dates import log_dates
 from bimvox.log.moving import tracks_of
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import PlanLog, log_dates
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
 from bimvox.rendering.page.document import DOCUMENT

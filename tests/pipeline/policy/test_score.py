@@ -18,7 +18,7 @@ from bimvox.errors import FileError, InputError, PolicyError
 from bimvox.policy.generalist.suite import frozen_digests, set_digest
 from bimvox.policy.generalist.weights import generalist_record, load_generalist
 from bimvox.policy.onnx_file import onnx_bytes
-from bimvox.policy.score_document import PolicyScore
+from bimvox.policy.score import PolicyScore
 from bimvox.progress import SilentProgress
 
 SHARE = 0.02

@@ -25,8 +25,8 @@ from bimvox.library.plan import policy_of
 from bimvox.library.prove import prepared
 from bimvox.library.site import load_site
 from bimvox.log import schema as topics
-from bimvox.log.held import held_files
 from bimvox.log.mcap.reader import read_contents, salvage_contents
+from bimvox.log.plan_json import held_files
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.segments import NOW_NS

@@ -8,7 +8,7 @@ from datetime import datetime, timedelta
 from log_building import tiny_log
 from opened_pages import revision_of
 
-from bimvox.log.dates import log_dates
+from bimvox.log.plan_log import log_dates
 from bimvox.rendering.page.document import document_of
 from bimvox.rendering.page.source import PageSource
 

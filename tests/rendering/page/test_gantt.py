@@ -10,9 +10,8 @@ from opened_pages import passed_proof, revision_of
 from seen_pages import Seen, show
 from two_cranes import two_crane_plan
 
-from bimvox.log.dates import log_dates
 from bimvox.log.moving import tracks_of
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import PlanLog, log_dates
 from bimvox.records.unloading import unloading_lifts
 from bimvox.rendering.page.source import PageSource, Revision
 

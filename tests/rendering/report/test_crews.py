@@ -7,7 +7,7 @@ import dataclasses
 from log_building import tiny_log
 from opened_pages import revision_of
 
-from bimvox.log.dates import log_dates
+from bimvox.log.plan_log import log_dates
 from bimvox.rendering.report.page import crews
 from bimvox.rendering.report.record import record_of
 

@@ -9,7 +9,7 @@ from datetime import date
 from log_building import tiny_log
 from opened_pages import revision_of
 
-from bimvox.log.dates import log_dates
+from bimvox.log.plan_log import log_dates
 from bimvox.rendering.report.gantt import gantt_chart
 from bimvox.rendering.report.record import record_of
 from bimvox.rendering.report.sections import heading

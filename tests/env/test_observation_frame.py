@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from bimvox.env.actions import MOVES
-from bimvox.env.frame import FRAME_ACTIONS, FRAME_COUNT, frame_of, from_frame, to_frame
+from bimvox.env.observation import FRAME_ACTIONS, FRAME_COUNT, frame_of, from_frame, to_frame
 
 
 def test_the_goal_lies_ahead_and_to_the_positive_side():
