@@ -15,7 +15,7 @@ from bimvox.planning.stage import Propose
 from bimvox.proof.footprint import MotionFootprint
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion, Trajectory
-from bimvox.revision.versions import Reading, Version, Versions, obstructed_cells, version_of
+from bimvox.revision.versions import Reading, Version, Versions, make_footprints, obstructed_cells, version_of
 from bimvox.site.site import Site
 from bimvox.stop.redirect import HOLD_S, Held, Redirected, is_set
 from bimvox.workers import ALONE, Workers
@@ -211,10 +211,7 @@ class RevisionPart:
 
     def make_footprints(self) -> None:
         """Make the footprints of its new lifts: the next revision needs them, and nobody before."""
-        for version, *_ in self.current.versions.values():
-            version.path()
-            if version.swept is not None:
-                version.swept()
+        make_footprints(self.current.versions)
 
 
 def current_plan_of(plan: LiftPlan, motions: Iterable[LiftMotion]) -> CurrentPlan:
@@ -231,6 +228,7 @@ def current_plan_of(plan: LiftPlan, motions: Iterable[LiftMotion]) -> CurrentPla
         elif lift.status is Status.PLANNED:
             versions[lift.order] = (version_of(plan.site, lift, read, motion),)
         read = read.after(lift, is_set=lift.is_set)
+    make_footprints(versions)  # here, so that nobody waits for them when something changes
     return CurrentPlan(plan, by_order, versions, frozenset(pending))
 
 

@@ -123,9 +123,9 @@ class Replanning:
         return self.request.retrained is None or was.component not in self.request.retrained.components
 
     def _fewest_are_known(self, lift: Lift) -> bool:
-        known = self.draft.paths.get(lift.order)
-        is_earlier = known is not None and lift.order in self.draft.new_paths
-        return self.validity.fewest_are_known(lift, known.read if known is not None and is_earlier else self.read)
+        """Return whether the fewest moves that a lift states still hold; an earlier path has read an earlier state."""
+        earlier = self.draft.paths.get(lift.order) if lift.order in self.draft.new_paths else None
+        return self.validity.fewest_are_known(lift, self.read if earlier is None else earlier.read)
 
     def _lift(self, assembly: Assembly, was: Lift) -> Lift:
         """Return the lift; the same object if its path is kept."""

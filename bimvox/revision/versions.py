@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -105,6 +105,14 @@ def version_of(site: Site, lift: Lift, read: Reading, motion: LiftMotion | None)
     return Version(lift, read, path, motion, Once(partial(motion_footprint, site, lift, motion)))
 
 
+def make_footprints(versions: Versions) -> None:
+    """Make what is not made yet of the footprints that the next revision reads."""
+    for version, *_ in versions.values():
+        version.path()
+        if version.swept is not None:
+            version.swept()
+
+
 def with_version(versions: tuple[Version, ...], new: Version) -> tuple[Version, ...]:
     """Return the versions of a lift with a new one in front of them, which replaces the same in an earlier state."""
     earlier = (one for one in versions if not _is_superseded(one, new))
@@ -124,7 +132,7 @@ def obstructed_cells(site: Site) -> CellMask:
     return mask
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(eq=False)
 class _Difference:
     """What differs before a lift from the state that a version has read.
 
@@ -141,6 +149,11 @@ class _Difference:
     has_occupied: bool
     freed: list[NDArray[np.int32]]
     near: set[int] = field(default_factory=set)
+
+    @cached_property
+    def cells(self) -> NDArray[np.int32]:
+        """(N, 3) the cells of ``occupied``, which every motion is held against."""
+        return self.occupied.cells()
 
 
 class Validity:
@@ -180,7 +193,7 @@ class Validity:
     def path_holds(self, version: Version) -> bool:
         """Return whether the path of a version is still proven."""
         since = self._since(version.read, version.lift)
-        return not self.is_beside_change(version.lift, version.read) and not since.occupied.meets(version.path())
+        return version.lift.component not in since.near and not since.occupied.meets(version.path())
 
     def reason_holds(self, version: Version) -> bool:
         """Return whether no cell has changed that made a version's lift infeasible."""
@@ -262,13 +275,13 @@ class Validity:
         return same_end and then.is_same(place)
 
     def _jib_meets(self, since: _Difference, motion: LiftMotion) -> bool:
-        return not since.occupied.empty and jib_meets(self._site, motion, since.occupied.cells())
+        return not since.occupied.empty and jib_meets(self._site, motion, since.cells)
 
     def _since(self, read: Reading, lift: Lift) -> _Difference:
         """Return what differs from a state before a lift, which is in the yard with others of its delivery."""
         now = self.now
         set_since, not_set = now.done & ~read.done, read.done & ~now.done
-        delivery = -1 if lift.place is None else lift.place.delivery
+        delivery = -1 if lift.place is None or not not_set else lift.place.delivery
         key = (id(read.obstructed), set_since, not_set, delivery)
         if key not in self._differences:
             self._differences[key] = self._difference(read.obstructed, set_since, not_set, delivery)

@@ -100,6 +100,15 @@ def test_a_footprint_is_made_once_when_it_is_first_needed() -> None:
     assert (once(), once(), made) == (1, 1, [1])
 
 
+def test_the_footprints_of_a_plan_are_made_before_anything_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+    current, _ = planned()
+    made: list[str] = []
+    monkeypatch.setattr("bimvox.revision.versions.path_footprint", lambda *_: made.append("path"))
+    monkeypatch.setattr("bimvox.revision.versions.motion_footprint", lambda *_: made.append("motion"))
+    current_plan_of(current.plan, current.chain)
+    assert sorted(made) == ["motion"] * 4 + ["path"] * 4
+
+
 def test_a_version_in_a_later_state_replaces_itself_and_the_third_earlier_one_goes() -> None:
     current, _ = planned()
     site, read = current.plan.site, Reading(obstructed_cells(current.plan.site))
