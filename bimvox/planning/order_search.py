@@ -16,6 +16,7 @@ from bimvox.planning.order.relations import precedence
 from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
+from bimvox.planning.rollout import GREEDY, proposer
 from bimvox.progress import Report
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.site.site import Site
@@ -86,7 +87,8 @@ def plan_without_obstructions(
     store = Store() if store is None else store
     if len(bare) < len(site.blockers):
         site = store.once(store.key("bare", store.itself(site)), partial(replace, site, blockers=bare))
-    return plan_lifts(site, preparation, workers=workers, store=store)
+    # Greedily, as most plans are made: their lifts are found in the store then.
+    return plan_lifts(site, preparation, propose=proposer(GREEDY), workers=workers, store=store)
 
 
 def _prepare_greedily(site: Site, report: Report) -> Preparation:
