@@ -23,6 +23,7 @@ from bimvox.proof.values import check_values
 from bimvox.records.lift import Lift, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Remark, Verification
+from bimvox.remarks.not_covered import NotCovered, not_covered_by
 from bimvox.site.component import Component
 from bimvox.site.site import Site, names_by_id
 from bimvox.workers import ALONE, Workers
@@ -179,6 +180,11 @@ class Plan:
     def remarks(self) -> tuple[Remark, ...]:
         """What a person should look at although the plan is proven, the gravest first; each with kind and severity."""
         return all_remarks(self.record)
+
+    @property
+    def not_covered(self) -> tuple[NotCovered, ...]:
+        """What the plan does not cover, each a line that a person ticks; none if its values make no sense."""
+        return () if self.record.remarks is None else not_covered_by(self.record.plan, self.record.context)
 
     @property
     def figures(self) -> PlanFigures:

@@ -15,7 +15,7 @@ from bimvox.units import clock, elapsed
 from bimvox_cli.fleet_options import BackendName, Cluster, Fresh, Jobs, show_fleet
 from bimvox_cli.options import FullRate, PolicyId, Programme, Seed, Steps, Train, command, to_file
 from bimvox_cli.output import Column, Output, fields, rounded, spent, table
-from bimvox_cli.remarks import Remarks, crane_fields, show_remarks, verdict
+from bimvox_cli.remarks import Remarks, crane_fields, not_covered, show_remarks, verdict
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -140,6 +140,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
             ("dates", _dates(document["calendar"])),
             *(("", note) for note in (document["calendar"] or {}).get("notes", ())),
             ("material lifts", _material_lifts(document)),
+            ("not covered", not_covered(document["not_covered"])),
             ("policy", _policy(document["policy"])),
             ("retrained", _retrained(document.get("retrained"))),
             ("took", spent(document["seconds"])),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bimvox.errors import listed
 from bimvox.records.proof import number_in_words
 from bimvox_cli.output import rows
 
@@ -74,6 +75,12 @@ def show_remarks(console: Console, remarks: _Remarks, *, every: bool) -> None:
 
 def _sentence(remark: Mapping[str, Any]) -> str:
     return remark["text"] if remark["name"] is None else f"{remark['name']}: {remark['text']}"
+
+
+def not_covered(lines: Sequence[Mapping[str, Any]]) -> str | None:
+    """Return how many lines a person ticks, with the topics of the first ones; None without any."""
+    topics = listed((line["topic"].lower() for line in lines), _MOST_KINDS)
+    return f"{len(lines):,} lines to be ticked by a person (bimvox report): {topics}" if lines else None
 
 
 # The cranes of a plan, for people: which machine each is, and what the site changes in it.

@@ -11,7 +11,7 @@ import typer
 
 from bimvox_cli.options import Log, command
 from bimvox_cli.output import Output, fields, rows, spent, written
-from bimvox_cli.remarks import Remarks, crane_fields, show_remarks, verdict
+from bimvox_cli.remarks import Remarks, crane_fields, not_covered, show_remarks, verdict
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -111,6 +111,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
             *crane_fields(document["cranes"]),
             ("claims", "\n".join(map(_claimed, document["claims"])) if document["verified"] else None),
             ("provided that", "\n".join(document["conditions"]) if document["verified"] else None),
+            ("not covered", not_covered(document["not_covered"])),
             ("took", spent(document["seconds"])),
         ],
     )

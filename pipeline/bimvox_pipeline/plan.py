@@ -68,8 +68,9 @@ def plan(
     document = _document_of(Planned(made.record.plan, made.motions), made.policy)
     dates = log_dates(made.record)
     more |= {"calendar": dates.document() if dates else None}
-    remarks = [remark.to_dict() for remark in made.remarks]
-    return {**document, **more, "remarks": remarks, "log": str(target), "seconds": progress.seconds}
+    more |= {"remarks": [remark.to_dict() for remark in made.remarks]}
+    more |= {"not_covered": [line.to_dict() for line in made.not_covered]}
+    return {**document, **more, "log": str(target), "seconds": progress.seconds}
 
 
 def _document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:

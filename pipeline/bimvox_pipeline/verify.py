@@ -15,6 +15,7 @@ from bimvox.records.lift import infeasible_among
 from bimvox.records.proof import CHECK, Check, Verification
 from bimvox.records.steps import by_other_means, not_lifted_groups, proven_in_words
 from bimvox.remarks.conditions import conditions_of
+from bimvox.remarks.not_covered import NotCovered, not_covered_by
 from bimvox.units import clock
 
 
@@ -52,6 +53,7 @@ def verify(
         "verdict": _in_words(proof, record),
         "claims": [claim.to_dict() for claim in proof.claims],
         "conditions": _conditions(record),
+        "not_covered": [line.to_dict() for line in _not_covered(record)],
         "remarks": [remark.to_dict() for remark in all_remarks(record)],
         "not_current": _lifts_as_json(record, proof.not_current),
         "current_since_s": record.plan.history[-1].until_ns / 1e9 if record.plan.history else None,
@@ -73,6 +75,11 @@ def _conditions(record: PlanLog) -> list[str]:
     if record.remarks is None:
         return []
     return list(conditions_of(record.plan, record.motions, record.context))
+
+
+def _not_covered(record: PlanLog) -> tuple[NotCovered, ...]:
+    """Return what the plan does not cover; nothing if its values make no sense."""
+    return () if record.remarks is None else not_covered_by(record.plan, record.context)
 
 
 def _in_words(proof: Verification, record: PlanLog) -> str:

@@ -20,6 +20,7 @@ from bimvox.records.lift import Lift, Status, by_change
 from bimvox.records.proof import REMARK
 from bimvox.records.steps import Steps
 from bimvox.records.unloading import unloading_lifts
+from bimvox.remarks.not_covered import NOT_COVERED
 from bimvox.rendering.colours import CLASSES, NO_GROUP, REMARKS, SHARES
 from bimvox.rendering.page.crane import CRANE, crane_record
 from bimvox.rendering.page.geometry import COLOUR, NUMBERS, Blob, Shapes, rounded, shapes_of
@@ -174,6 +175,8 @@ _REVISION = Record(
     ("proof", Maybe(PROOF), "The proof made for this page; null: none.", lambda it, _: proof_record(it)),
     ("verdict", _VERDICT, "The verdict.", lambda it, _: _VERDICT.of(it.verdict)),
     ("conditions", tuple[str, ...], "What the proof takes as given.", lambda it, _: list(it.conditions)),
+    ("not_covered", Several(NOT_COVERED), "What the plan does not cover, each a line that a person ticks.",
+     lambda it, _: [one.to_dict() for one in it.not_covered]),
     ("remarks", Several(REMARK), "What a person should look at.", lambda it, _: [one.to_dict() for one in it.remarks]),
     ("changes", Maybe(_CHANGES), "What it changes; null for the first.",
      lambda it, made: _changes(made.before, it) if made.before else None),

@@ -14,6 +14,7 @@ from bimvox.records.proof import Remark, Severity, Verification, are_clean, in_w
 from bimvox.records.steps import Steps, by_other_means, proven_in_words
 from bimvox.records.track import LoadTrack
 from bimvox.remarks.conditions import conditions_of
+from bimvox.remarks.not_covered import NotCovered, not_covered_by
 from bimvox.rendering.words import counted
 from bimvox.site.config.site_config import SiteConfig
 
@@ -153,6 +154,11 @@ class Revision:
     def conditions(self) -> tuple[str, ...]:
         """What the proof took as given."""
         return conditions_of(self.plan, self.motions, self.context)
+
+    @property
+    def not_covered(self) -> tuple[NotCovered, ...]:
+        """What the plan does not cover, each a line that a person ticks."""
+        return not_covered_by(self.plan, self.context)
 
     @property
     def verdict(self) -> Verdict:

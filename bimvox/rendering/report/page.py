@@ -89,6 +89,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             survey(record),
             rigging(record),
             statement(record),
+            sections.not_covered(record),
             support(record),
             section("Figures", tag("div", plots, "plots")) if plots else "",
             sections.deliveries(record),

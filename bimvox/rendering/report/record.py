@@ -50,8 +50,8 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
 
     Returns:
         ``log, project, site, crane, drawing, method, support, out_of_service, survey, blind, rigs, gear, totals,
-        methods, lifts, critical, infeasible, steps, pauses, not_lifted, deliveries, verdict, conditions, proof,
-        remarks, inputs, clashes, notes``. ``critical`` are orders of lifts, the highest utilisation first;
+        methods, lifts, critical, infeasible, steps, pauses, not_lifted, deliveries, verdict, conditions,
+        not_covered, proof, remarks, inputs, clashes, notes``. ``critical`` are orders of lifts, the highest utilisation first;
         ``infeasible`` orders of lifts, causes first: those blocked only by other infeasible ones come last.
     """
     site = revision.plan.site
@@ -101,6 +101,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "deliveries": _deliveries(lifts, revision.dates),
         "verdict": revision.verdict.to_dict(),
         "conditions": list(revision.conditions),
+        "not_covered": [line.to_dict() for line in revision.not_covered],
         "proof": proof_record(revision),
         "remarks": [remark.to_dict() for remark in revision.remarks],
         "inputs": _inputs_of(revision),

@@ -268,6 +268,23 @@ def deliveries(record: dict[str, Any]) -> str:
     )
 
 
+def not_covered(record: dict[str, Any]) -> str:
+    """Return what the plan does not cover, each as a line with a box to tick, a name and a date; empty without any."""
+    lines = record["not_covered"]
+    if not lines:
+        return ""
+    rows = [row([escape(one["topic"]), escape(one["text"]), "☐", "", ""], data_code=one["code"]) for one in lines]
+    about = "Proof and remarks say nothing about these. A competent person ticks each line before the first lift."
+    return section(
+        f"Not covered by this plan: {counted(len(lines), 'line')} to tick",
+        paragraph(about),
+        table(
+            ("About", "What a person checks or does", "Tick", "Name", "Date"), rows, class_="words ticks", id_="ticks"
+        ),
+        id="not-covered",
+    )
+
+
 def _result(check: dict[str, Any]) -> str:
     if not check["passed"]:
         return f"✕ {check['failed']} failed"

@@ -43,6 +43,7 @@ def test_lifts_proven_against_earlier_obstructions_only_are_named_in_both(good, 
     assert record["verdict"] == page["verdict"]
     assert record["remarks"] == page["remarks"] == document["remarks"]
     assert record["conditions"] == page["conditions"] == document["conditions"]
+    assert record["not_covered"] == page["not_covered"] == document["not_covered"] != []
     claims = document["claims"]
     assert record["proof"]["claims"] == page["proof"]["claims"] == claims
     assert "Provided that:" in (tmp_path / "log.html").read_text(encoding="utf-8")

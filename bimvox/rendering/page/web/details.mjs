@@ -317,7 +317,7 @@ export class Details {
     return [el("h3", {}, "Infeasible"), el("div", { class: "links" }, ...bad.map((lift) => el("button", { type: "button", class: "hot", onclick: () => app.choose(lift.part) }, `✕ ${nameOf(app.parts[lift.part])}`)))];
   }
 
-  _checks({ proof, verdict, conditions }) {
+  _checks({ proof, verdict, conditions, not_covered: open }) {
     if (!proof) return [el("p", { class: "warn" }, "NOT PROVEN. This page was made without a proof; bimvox verify proves the log.")];
     const failed = proof.checks.filter((check) => !check.passed);
     const samples = proof.checks.reduce((sum, check) => sum + check.samples, 0);
@@ -331,6 +331,7 @@ export class Details {
       ...this._earlier(proof.not_current),
       ...(proof.verified && proof.claims.length ? [el("p", {}, `It rests on ${counted(proof.claims.length, "claim")} of the log. bimvox verify proves those that name an option:`), el("ul", { class: "claims" }, ...proof.claims.map(({ text, bind_with: option }) => el("li", {}, option ? `${text} (${option} proves it)` : text)))] : []),
       ...(proof.verified && conditions.length ? [el("p", {}, "Provided that:"), el("ul", { class: "conditions" }, ...conditions.map((words) => el("li", {}, words)))] : []),
+      ...(open.length ? [el("p", {}, "Not covered by the plan, to be ticked by a person (bimvox report):"), el("ul", { class: "not-covered" }, ...open.map(({ topic, text }) => el("li", {}, el("b", {}, topic), `: ${text}`)))] : []),
       ...failed.flatMap((check) => [el("h3", {}, check.name.replaceAll("_", " ")), el("ul", {}, ...check.failures.map((text) => el("li", {}, text)))]),
       el("table", {}, head, el("tbody", {}, ...rows)),
     ];
