@@ -167,7 +167,8 @@ def _cast(subject: Subject) -> _Here:
 # fmt: off
 _ROWS = (
     Row("tandem", "Tandem lifts",
-        "Every lift of this plan hangs on one hook of one crane. A lift with two cranes has a plan of its own.", _tandem),
+        "Every lift of this plan hangs on one hook of one crane. A lift with two cranes has a plan of its own.",
+        _tandem),
     Row("two_hooks", "Turning over between two hooks",
         "A part that lies is upended with one hook, about its foot, which must not slip: on level ground, timber or a "
         "tilting frame. Whether its anchors bear that pull, and whether a part must be turned over between two hooks, "
@@ -179,11 +180,11 @@ _ROWS = (
         "Find pipes, cables, ducts and cellars below crane, outriggers, ways and yard, and protect or divert them.",
         _dug, with_crane=False),
     Row("services_above", "Overhead lines",
-        "Only what is given as an obstruction is kept clear of. Ask the owner of each line for its distance, or have it "
-        "switched off.", _obstructions, with_crane=False),
+        "Only what is given as an obstruction is kept clear of. Ask the owner of each line for its distance, or have "
+        "it switched off.", _obstructions, with_crane=False),
     Row("aviation", "Aviation",
-        "Tell the aerodromes nearby and the aviation authority before the crane stands, as they ask for; mark and light "
-        "it as they say.", _highest),
+        "Tell the aerodromes nearby and the aviation authority before the crane stands, as they ask for; mark and "
+        "light it as they say.", _highest),
     Row("neighbours", "Neighbours, other cranes",
         "Agree with the neighbours whose ground the jib sweeps, and with the operators of cranes that are not in this "
         "plan.", _swept),

@@ -51,8 +51,8 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
     Returns:
         ``log, project, site, crane, drawing, method, support, out_of_service, survey, blind, rigs, gear, totals,
         methods, lifts, critical, infeasible, steps, pauses, not_lifted, deliveries, verdict, conditions,
-        not_covered, proof, remarks, inputs, clashes, notes``. ``critical`` are orders of lifts, the highest utilisation first;
-        ``infeasible`` orders of lifts, causes first: those blocked only by other infeasible ones come last.
+        not_covered, proof, remarks, inputs, clashes, notes``. ``critical`` are orders of lifts, the highest
+        utilisation first; ``infeasible`` orders of lifts, causes first: those blocked only by other infeasible ones come last.
     """
     site = revision.plan.site
     if critical_share is None:
