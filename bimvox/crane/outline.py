@@ -101,6 +101,14 @@ def outline_of(crane: TowerCrane) -> CraneOutline:
     )
 
 
+def tail_low_m(crane: TowerCrane) -> float:
+    """Return the height of the underside of a crane's counterweight above the site's z = 0, as its links have it."""
+    if crane.luffing is not None:
+        return crane.luffing.tail_low_m
+    (weight,) = (box for box in links_of(crane).boxes["jib"] if box.name == "counterweight")
+    return crane.jib_height_m + weight.low_m[2]
+
+
 def highest_point_m(crane: TowerCrane) -> float:
     """Return the height of the highest point of a crane above the site's z = 0."""
     if crane.luffing is not None:

@@ -22,8 +22,11 @@ from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.proof import Remark
 from bimvox.remarks import table
 from bimvox.remarks.subject import Subject, metres, name_of, tonnes
+from bimvox.site.areas import area_of
 from bimvox.site.catalogue import FICTITIOUS, catalogue, machine_called
 from bimvox.site.component import Component
+from bimvox.site.crane_distances import EDGE_M, STANDING_M, TRAPPED_M, base_of, of_crane, to_areas
+from bimvox.site.crane_room import HEADROOM_M, PLACE_M, REACH_M, WAY_M, Room, place_beside, way_in
 from bimvox.site.lifting import crane_for, hung_kg
 from bimvox.site.site import Site
 
@@ -135,6 +138,47 @@ def _stands_in(subject: Subject, low: NDArray[np.float64], high: NDArray[np.floa
         return False
     corners = np.concatenate([[a, b, (a[0], b[1]), (b[0], a[1])] for a, b in bounds])
     return bool(MultiPoint(corners).convex_hull.contains(box(*low[:2], *high[:2])))
+
+
+def tails(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every crane whose counterweight passes something too near, and of outriggers at an edge."""
+    site = subject.site
+    excavation = area_of(site, site.dug_m > 1e-6)
+    for crane in site.cranes:
+        base = base_of(crane)
+        near = of_crane(crane, base, subject.things, STANDING_M)
+        trapping = [one for one in near if one.piece == "tail" and one.distance_m < TRAPPED_M - 1e-6]
+        low = [one for one in near if one.piece == "below tail" and one.kind != "stored"]
+        if trapping:
+            first = min(trapping, key=lambda one: (one.distance_m, one.kind))
+            distance, least = metres(first.distance_m), metres(TRAPPED_M)
+            yield table.TAIL_NEAR(crane=crane.name, name=first.name, distance=distance, least=least)
+        elif low:
+            first = min(low, key=lambda one: (one.distance_m, one.kind))
+            yield table.TAIL_LOW(crane=crane.name, name=first.name, distance=metres(first.distance_m))
+        if crane.kind == "mobile":
+            for one in to_areas(crane, base, {"excavation": excavation}):
+                if one.piece == "base" and one.distance_m < EDGE_M:
+                    distance, least = metres(one.distance_m), metres(EDGE_M)
+                    yield table.OUTRIGGER_EDGE(crane=crane.name, distance=distance, least=least)
+
+
+def rooms(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every crane that cannot come to its place, or be dismantled or driven away from it."""
+    site = subject.site
+    for crane in site.cranes:
+        if crane.kind != "mobile":
+            if place_beside(site, crane, base_of(crane).edge_m, finished=True).room is Room.NONE:
+                yield table.NO_PLACE(crane=crane.name, place=f"{PLACE_M:g}", way=f"{WAY_M:g}", reach=f"{REACH_M:g}")
+            continue
+        for finished, where, when in (
+            (False, "to", "before the building stands"),
+            (True, "from", "when the building stands"),
+        ):
+            if way_in(site, crane, finished=finished).room is Room.NONE:
+                way, high = f"{WAY_M:g}", f"{HEADROOM_M:g}"
+                yield table.NO_WAY(crane=crane.name, way=way, high=high, where=where, when=when)
+                break
 
 
 CARRYING_HEIGHT_M = 2.0

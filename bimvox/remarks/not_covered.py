@@ -13,6 +13,8 @@ from bimvox.records.declared import Record
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.remarks.subject import Subject, metres, name_of
 from bimvox.site.component import Component, StoredPose
+from bimvox.site.crane_distances import base_of
+from bimvox.site.crane_room import PLACE_M, REACH_M, WAY_M, Room, place_beside, way_in
 from bimvox.site.crew_times import TRIAL_LIFT_S
 from bimvox.site.means import Means
 from bimvox.site.work import Work, work_of
@@ -164,6 +166,29 @@ def _cast(subject: Subject) -> _Here:
     return _about(parts, "part is cast, built or set by hand", "parts are cast, built or set by hand")
 
 
+_SAID = {
+    Room.FREE: "there is room",
+    Room.UNKNOWN: "room only beyond the site as it is modelled, which a person checks",
+    Room.NONE: "NO ROOM",
+}
+
+
+def _comes_and_goes(subject: Subject) -> _Here:
+    """Return what was found of the room for the mobile crane before and after the building stands."""
+    site, said = subject.site, []
+    place = f"a place of {PLACE_M:g} x {PLACE_M:g} m within {REACH_M:g} m of the mast, way {WAY_M:g} m wide"
+    for crane in site.cranes:
+        if crane.kind == "mobile":
+            found, what = [way_in(site, crane, finished=done) for done in (False, True)], f"its way, {WAY_M:g} m wide"
+        else:
+            edge_m, what = base_of(crane).edge_m, f"{place}, jib of {metres(crane.jib_own_m)}"
+            found = [place_beside(site, crane, edge_m, finished=done) for done in (False, True)]
+        before, after = (_SAID[one.room] for one in found)
+        both = before if before == after else f"{before} before, {after} when the building stands"
+        said.append(f"{crane.name}, {what}: {both}{' before and after' if before == after else ''}")
+    return f"Looked for on the grid: {'; '.join(said)}."
+
+
 # fmt: off
 _ROWS = (
     Row("tandem", "Tandem lifts",
@@ -192,9 +217,9 @@ _ROWS = (
         "Have the ground tested or calculated below crane, outriggers, ways of lorries, stacks and racks."),
     Row("support", "Foundation, ties, mats",
         "The crane's supplier states foundation, ballast, ties or mats for this height, and who hands them over."),
-    Row("erection", "Erecting and dismantling the crane",
-        "The supplier's method: mobile crane, its place, ground and way in, where the jib is assembled, road closures; "
-        "and how all of it is done again when the building stands."),
+    Row("erection", "Crane: way in, erecting, dismantling",
+        "The supplier's method: way in, place and ground of the mobile crane, where the jib is assembled, road "
+        "closures, climbing; and how all of it goes away again when the building stands.", _comes_and_goes),
     Row("public", "People and traffic",
         "Barriers, marshals, closed ways and roads keep everybody out of the exclusion zone; nobody stands where the "
         "counterweight swings."),

@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.site.component import Component
+from bimvox.site.crane_distances import Thing, fixed_things
 from bimvox.site.site import Site
 
 
@@ -47,6 +50,21 @@ class Subject:
         """The parts that are in place after the last lift, lifted or set otherwise, those of the context included."""
         there = (lift for lift in (*self.plan.lifts, *self.context) if lift.is_set)
         return tuple(self.site.components[lift.component] for lift in sorted(there, key=lambda lift: lift.order))
+
+    @cached_property
+    def things(self) -> tuple[Thing, ...]:
+        """What stands around the cranes when all is done: parts, structure, obstructions; and what lies in the yard."""
+        built = (Thing.of("building", name_of(part), part.mesh) for part in self.in_place)
+        return (*built, *fixed_things(self.site), *map(self._stored, self.lifts))
+
+    def _stored(self, lift: Lift) -> Thing:
+        """Return a part in the yard; one without a place is nowhere."""
+        frame, name = self.site.frame, name_of(self.site.components[lift.component])
+        if lift.place is None:
+            return Thing("stored", name, None, np.zeros((0, 2, 3)))
+        low = np.array(frame.corner_of(lift.place.cell_vox))
+        high = low + frame.voxel_size_m * np.array(lift.place.shape.size_vox)
+        return Thing("stored", name, None, np.stack([low, high])[None])
 
 
 def name_of(component: Component) -> str:

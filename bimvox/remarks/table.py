@@ -53,6 +53,19 @@ FOOT_OFF = Row("crane_foot", _SERIOUS,
 FOOT_INSIDE = Row("crane_foot", _MINOR,
     "crane {crane!r} stands inside the outline of the building: its mast must stay until the end, and its foundation "
     "must fit between the parts")
+TAIL_NEAR = Row("crane_tail", _SERIOUS,
+    "the counterweight of crane {crane!r} passes {name} at {distance}: a person between them is trapped; {least} are "
+    "the least")
+TAIL_LOW = Row("crane_tail", _MINOR,
+    "the counterweight of crane {crane!r} passes {distance} above {name}: nobody may stand there while it slews")
+OUTRIGGER_EDGE = Row("crane_edge", _MINOR,
+    "the outriggers of crane {crane!r} are {distance} from the edge of the excavation: {least} are usual without a "
+    "calculation")
+NO_PLACE = Row("crane_room", _SERIOUS,
+    "when the building stands, no place of {place} by {place} m with a way {way} m wide is left within {reach} m of "
+    "the mast of crane {crane!r}: the mobile crane that dismantles it has no room")
+NO_WAY = Row("crane_room", _SERIOUS,
+    "no way {way} m wide and {high} m high leads {where} the place of crane {crane!r} {when}")
 CARRIED_LOW = Row("carried_low", _MINOR, "is carried {gap} over {below}: {least} are usual")
 HIGH_UTILISATION = Row("high_utilisation", _MINOR, "uses {share:.0f} % of the capacity of crane {crane!r}")
 IF_CONCRETE = Row("doubtful_mass", _SERIOUS,

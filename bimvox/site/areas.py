@@ -14,7 +14,7 @@ from bimvox.grid.frame import GridFrame
 from bimvox.kept import kept
 from bimvox.site.component import Component
 from bimvox.site.config.site_config import ZoneConfig
-from bimvox.site.site import HookHeights
+from bimvox.site.site import HookHeights, Site
 
 Corners = Sequence[tuple[float, float]]
 
@@ -116,6 +116,17 @@ def outline(shape: BaseGeometry) -> Outline:
 def rounded(values: Iterable[float]) -> list[float]:
     """Return values to the millimetre."""
     return [round(float(value), 3) + 0.0 for value in values]
+
+
+def area_of(site: Site, columns: NDArray[np.bool_] | None) -> BaseGeometry:
+    """Return (X, Y) columns as an area."""
+    if columns is None or not columns.any():
+        return shapely.Polygon()
+    size_m, (x0, y0, _) = site.frame.voxel_size_m, site.frame.origin_m
+    edges = np.diff(np.pad(columns, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+    (row, start), (_, end) = np.nonzero(edges == 1), np.nonzero(edges == -1)
+    low_x, low_y, high_y = x0 + row * size_m, y0 + start * size_m, y0 + end * size_m
+    return shapely.union_all(shapely.box(low_x, low_y, low_x + size_m, high_y), grid_size=1e-6)
 
 
 # Zones of a site as maps of columns, and the hook positions that they leave.

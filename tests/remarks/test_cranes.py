@@ -9,18 +9,20 @@ import numpy as np
 import pytest
 from box_sites import test_crane as crane_at
 from drawn_plans import motions_by_hand, plan_by_hand
-from named_cranes import BUILT_IN, HAMMERHEADS, reevings
+from named_cranes import BUILT_IN, HAMMERHEADS, MOBILE_CRANES, reevings
 from remarked_plans import named, of_kind, plan_of
 
 from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
 from bimvox.crane.kinematics import with_luffing_jib, with_reeving
 from bimvox.crane.load_chart import LoadChart
+from bimvox.crane.outline import outline_of, tail_low_m
 from bimvox.crane.tower_crane import Override, TowerCrane
-from bimvox.records.lift import LiftPlan
+from bimvox.records.lift import LiftPlan, yard_place
 from bimvox.records.motion import Phase, PhaseName
 from bimvox.records.proof import Remark, Severity
 from bimvox.remarks.remarks import remarks_of
 from bimvox.site.catalogue import fictitious_machines
+from bimvox.site.component import StoredPose
 
 
 def carried_at(height_vox: int) -> LiftPlan:
@@ -161,6 +163,59 @@ def test_a_mast_inside_the_outline_is_minor() -> None:
 
 def test_a_mast_next_to_the_building_has_no_remark() -> None:
     assert not of_kind(with_crane(16.0, 7.0), "crane_foot")
+
+
+def tower_at(gap_m: float) -> LiftPlan:
+    """Return a plan with a tower whose top is this far below the underside of the counterweight."""
+    crane = crane_at(base=(4.0, 4.0, 0.0), jib=30.0, height=9.0)
+    return plan_of([("tower", (8.0, 3.0, 0.0), (9.0, 5.0, tail_low_m(crane) - gap_m))], crane=crane)
+
+
+@pytest.mark.parametrize(("gap_m", "severity"), [(-0.5, "serious"), (0.4, "serious"), (0.6, "minor"), (2.1, None)])
+def test_a_counterweight_that_passes_a_part_traps_a_person_or_forbids_standing(gap_m: float, severity: str) -> None:
+    found = of_kind(tower_at(gap_m), "crane_tail")
+    assert [remark.severity.value for remark in found] == [severity] * (severity is not None)
+    assert all("tower" in remark.text for remark in found)
+
+
+def test_the_counterweight_of_a_mobile_crane_passes_what_lies_in_the_yard() -> None:
+    crane = changed(MOBILE_CRANES[0], base_m=(10.0, 7.0, 0.0))
+    plan = plan_of([("slab", (2.0, 2.0, 0.0), (4.0, 4.0, 3.0))], crane=crane)
+    assert not of_kind(plan, "crane_tail")
+    reach_vox = int(np.ceil((10.0 + outline_of(crane).tail_m) / 0.5))
+    place = yard_place(plan.site.components[0], 0, StoredPose.AS_BUILT, (reach_vox, 12, 1))
+    stored = dataclasses.replace(plan, lifts=(dataclasses.replace(plan.lifts[0], place=place),))
+    (remark,) = of_kind(stored, "crane_tail")
+    assert remark.severity is Severity.SERIOUS
+    assert "slab" in remark.text
+
+
+def test_outriggers_near_an_excavation_and_a_crane_without_room_to_leave() -> None:
+    crane = changed(MOBILE_CRANES[0], base_m=(10.0, 7.0, 0.0))
+    plan = plan_of([("slab", (2.0, 2.0, 0.0), (3.0, 3.0, 1.0))], crane=crane)
+    assert not of_kind(plan, "crane_edge")
+    assert not of_kind(plan, "crane_room")
+    site = plan.site
+    edge_vox = int((10.0 + crane.mast_size_m / 2.0 + 1.0) / 0.5)
+    before_m = np.zeros(site.shape[:2])
+    before_m[edge_vox:, :] = 1.0
+    dug = dataclasses.replace(site, natural_ground_m=before_m)
+    (edge,) = of_kind(dataclasses.replace(plan, site=dug), "crane_edge")
+    assert edge.severity is Severity.MINOR
+    assert "1.0 m from the edge" in edge.text
+
+
+def test_a_tower_crane_in_a_court_cannot_be_dismantled() -> None:
+    court = [
+        ("south", (10.0, 10.0, 0.0), (50.0, 12.0, 6.0)),
+        ("north", (10.0, 48.0, 0.0), (50.0, 50.0, 6.0)),
+        ("west", (10.0, 12.0, 0.0), (12.0, 48.0, 6.0)),
+        ("east", (48.0, 12.0, 0.0), (50.0, 48.0, 6.0)),
+    ]
+    options = {"crane": crane_at(base=(30.0, 30.0, 0.0), jib=30.0, height=20.0), "shape": (120, 120, 20)}
+    (remark,) = of_kind(plan_of(court, **options), "crane_room")
+    assert remark.severity is Severity.SERIOUS
+    assert not of_kind(plan_of(court[:3], **options), "crane_room")
 
 
 SMALL, LARGE = HAMMERHEADS[0], HAMMERHEADS[2]

@@ -65,6 +65,8 @@ def legend_names(drawing: dict[str, Any]) -> dict[str, str]:
     names |= {"structure": "existing structure"} if drawing["structure"]["plan"] else {}
     names |= {"below": "exclusion zone below the loads (no person)"} if drawing["below_loads"] else {}
     names |= {"falling": "reach of a falling load"} if drawing["falling_loads"] else {}
+    stands = list(dict.fromkeys(crane["base"]["words"] for crane in drawing["cranes"]))
+    names |= {"foundation": "; ".join(stands)} if stands else {}
     names |= {"oversail": "swept by the jib"} if drawing["cranes"] else {}
     return names
 
@@ -76,7 +78,8 @@ def _elevation(drawing: dict[str, Any], axis: int) -> tuple[str, int]:
     for crane in drawing["cranes"]:
         reach = crane["jib_m"][0]
         left, right = min(left, crane["base_m"][axis] - reach), max(right, crane["base_m"][axis] + reach)
-    sheet = sheet_for((left, 0.0), (right, top), _MOST_PX)
+    deep = min([0.0, *(crane["base_m"][2] - crane["base"]["deep_m"] for crane in drawing["cranes"])])
+    sheet = sheet_for((left, deep), (right, top), _MOST_PX)
     parts = grid(sheet, ("xy"[axis], "z"))
     parts.append(sheet.path(drawing["structure"][name], "area structure"))
     for one in drawing["storeys"]:
@@ -100,7 +103,11 @@ def _crane_from_the_side(sheet: Sheet, crane: dict[str, Any], axis: int) -> list
     tail, hook_m = crane["tail_m"], crane["hook_height_m"]
     mast = [(at - half, foot), (at + half, foot), (at + half, low), (at - half, low)]
     jib = [(at - tail, low), (at + reach, low), (at + reach, low + 0.4 * (high - low)), (at, high), (at - tail, high)]
-    parts = [sheet.path([jib], "jib", tip(crane["name"])), sheet.path([mast], "mast")]
+    edges = [corner[axis] for ring in crane["base"]["plan"] for corner in ring]
+    ends, deep = (min(edges), max(edges)), foot - crane["base"]["deep_m"]
+    base = [(ends[0], foot), (ends[1], foot), (ends[1], deep), (ends[0], deep)]
+    parts = [sheet.path([base], "area foundation", tip(crane["base"]["words"])) if deep < foot else ""]
+    parts += [sheet.path([jib], "jib", tip(crane["name"])), sheet.path([mast], "mast")]
     parts.append(line(sheet.at((at - tail, hook_m)), sheet.at((at + reach, hook_m)), "ring"))
     if crane["below_jib_m"] is not None:
         under = (at + reach / 2.0, low)

@@ -10,6 +10,7 @@ import numpy as np
 
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.rendering.report.distances import base_words, distances, room_words, tail_words
 from bimvox.rendering.report.html import element, number, paragraph, picture, section, tag, terms, text, ticks, value
 from bimvox.rendering.report.words import SWING, fixed, length, named, percent, tonnes
 from bimvox.rendering.words import escape
@@ -43,14 +44,19 @@ def machine(record: dict[str, Any], cranes: Sequence[TowerCrane]) -> str:
     for number_, (own, crane) in enumerate(zip(machines, cranes, strict=True)):
         lifts = [lift for lift in record["lifts"] if not several or lift["crane"] == number_]
         title = f"Crane {number_ + 1} and load chart" if several else "Crane and load chart"
-        shown.append(_crane(record, own, crane, lifts, title))
+        shown.append(_crane(record, own, crane, lifts, title, record["distances"][number_]))
     return section("Site", terms(pairs)) + "".join(shown)
 
 
 def _crane(
-    record: dict[str, Any], machine: dict[str, Any], crane: TowerCrane, lifts: Sequence[dict[str, Any]], title: str
+    record: dict[str, Any],
+    machine: dict[str, Any],
+    crane: TowerCrane,
+    lifts: Sequence[dict[str, Any]],
+    title: str,
+    around: dict[str, Any],
 ) -> str:
-    """Return one crane, and its load chart with its lifts."""
+    """Return one crane, its load chart with its lifts, and its clear distances."""
     rules = record["site"]["rules"]
     base = ", ".join(fixed(value, 2) for value in machine["base_m"])
     rigging = value(machine, "rigging_mass_kg", tonnes)
@@ -74,6 +80,9 @@ def _crane(
         ("Driven", _driven(machine)),
         ("Wind", f"works up to {machine['max_wind_m_s']:g} m/s; {_wind(rules, lifts)}"),
         ("Working range", escape(_working_range(machine["working_range"]))),
+        ("Stands on", base_words(around)),
+        ("Counterweight", tail_words(around)),
+        ("Mobile crane", room_words(around)),
         ("Slow zones", ", ".join(f"{share * 100:g} % of the rates" for share in machine["slow_zones"])),
     ]
     radii = "".join(f"<td>{number(r, f'{r:g}')}</td>" for r, _ in machine["chart"])
@@ -89,7 +98,7 @@ def _crane(
     )
     return section(
         title, terms(own), tag("table", tag("tbody", chart), "chartrow"), tag("div", drawn, "sheet"),
-        paragraph(note, "faint"),
+        paragraph(note, "faint"), distances(around),
     )  # fmt: skip
 
 

@@ -143,7 +143,8 @@ def _clipped(sheet: Sheet, parts: Sequence[str]) -> list[str]:
 def _crane_on_plan(sheet: Sheet, crane: dict[str, Any], towards_rad: float) -> list[str]:
     """Return mast, jib, sweep of the counter-jib, and the radii."""
     (x, y, _), half = crane["base_m"], crane["mast_m"] / 2.0
-    parts = [circle(sheet, crane["base_m"], crane["tail_m"], "tail", tip("sweep of the counter-jib"))]
+    parts = [sheet.path(crane["base"]["plan"], "area foundation", tip(f"{crane['name']}: {crane['base']['words']}"))]
+    parts.append(circle(sheet, crane["base_m"], crane["tail_m"], "tail", tip("sweep of the counter-jib")))
     for radius_m, mass_kg in crane["rings"]:
         parts.append(circle(sheet, crane["base_m"], radius_m, "ring", tip(f"{length(radius_m)}: {tonnes(mass_kg)} t")))
     ends = [(x - crane["tail_m"] * cos(towards_rad), y - crane["tail_m"] * sin(towards_rad))]

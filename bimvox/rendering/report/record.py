@@ -21,6 +21,7 @@ from bimvox.remarks.cranes import least_height_m
 from bimvox.remarks.subject import Subject
 from bimvox.rendering.page.lifts import is_critical, lift_record, proof_record
 from bimvox.rendering.page.source import Revision
+from bimvox.rendering.report.distances import distances_of
 from bimvox.rendering.report.rigging import gear_list, rigs_of
 from bimvox.rendering.report.site_plan import drawing_of
 from bimvox.rendering.report.support import out_of_service, supports_of, survey_of
@@ -49,10 +50,11 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
     ``critical_share``: share of the capacity from which a lift is critical, 0..1; None takes the site's rules.
 
     Returns:
-        ``log, project, site, crane, drawing, method, support, out_of_service, survey, blind, rigs, gear, totals,
-        methods, lifts, critical, infeasible, steps, pauses, not_lifted, deliveries, verdict, conditions,
+        ``log, project, site, crane, drawing, distances, method, support, out_of_service, survey, blind, rigs, gear,
+        totals, methods, lifts, critical, infeasible, steps, pauses, not_lifted, deliveries, verdict, conditions,
         not_covered, proof, remarks, inputs, clashes, notes``. ``critical`` are orders of lifts, the highest
-        utilisation first; ``infeasible`` orders of lifts, causes first: those blocked only by other infeasible ones come last.
+        utilisation first; ``infeasible`` orders of lifts, causes first: those blocked only by other infeasible ones
+        come last.
     """
     site = revision.plan.site
     if critical_share is None:
@@ -82,6 +84,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "crane": _crane(revision, 0) if site.cranes else None,
         **({"other_cranes": [_crane(revision, n) for n in others]} if (others := range(1, len(site.cranes))) else {}),
         "drawing": drawing,
+        "distances": distances_of(revision),
         "method": method_of(revision),
         "blind": blind_lifts(revision),
         "support": supports_of(revision),

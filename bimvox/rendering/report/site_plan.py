@@ -19,8 +19,9 @@ from bimvox.proof.storage import frames_of
 from bimvox.records.lift import Status
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.page.source import Revision
+from bimvox.rendering.report.distances import bases_of
 from bimvox.rendering.report.site_drawing import crane_values, distances, north_of, outlines_of, storeys_of, survey_grid
-from bimvox.site.areas import PLAN, hull, outline, rounded, union
+from bimvox.site.areas import PLAN, area_of, hull, outline, rounded, union
 from bimvox.site.component import Component
 from bimvox.site.map_frame import map_of_model
 from bimvox.site.site import Blocker, Site
@@ -42,9 +43,9 @@ def drawing_of(revision: Revision) -> dict[str, Any]:
     low = np.array(site.frame.origin_m)
     high = low + np.array(site.shape) * site.frame.voxel_size_m
     building = union(hull(component.mesh, PLAN) for component in site.components)
-    yard, storeys = _columns(site, site.yard), storeys_of(site.components)
+    yard, storeys = area_of(site, site.yard), storeys_of(site.components)
     areas, (below, falling) = _areas(site, yard), _hanging(revision)
-    stated = revision.metadata.get(GEOREFERENCE, "")
+    bases, stated = bases_of(revision), revision.metadata.get(GEOREFERENCE, "")
     given = georeference_of(stated)
     return {
         "extent_m": [rounded(low), rounded(high)],
@@ -56,11 +57,11 @@ def drawing_of(revision: Revision) -> dict[str, Any]:
         "storeys": storeys,
         "stored": _stored(revision),
         "frames": _frames(revision),
-        "cranes": [crane_values(crane, storeys) for crane in site.cranes],
+        "cranes": [crane_values(crane, base, storeys) for crane, base in zip(site.cranes, bases, strict=True)],
         "below_loads": outline(below),
         "falling_loads": outline(falling),
         "areas_m2": _sizes(site, areas, below, falling),
-        "distances_m": distances(site.cranes, building, yard),
+        "distances_m": distances(site.cranes, bases, building, yard),
     }
 
 
@@ -69,13 +70,13 @@ def _areas(site: Site, yard: BaseGeometry) -> dict[str, BaseGeometry]:
     heights = site.hook_heights
     limited = None if heights is None else np.isfinite(heights.low_m) | np.isfinite(heights.high_m)
     return {
-        "construction": _columns(site, site.labels[:, :, 0] == Label.CONSTRUCTION_AREA),
+        "construction": area_of(site, site.labels[:, :, 0] == Label.CONSTRUCTION_AREA),
         "yard": yard,
-        "access": _columns(site, site.access),
-        "excavation": _columns(site, site.dug_m > 1e-6),
-        "prohibited": _columns(site, site.prohibited),
-        "no_load": _columns(site, site.no_load),
-        "limiter": _columns(site, limited),
+        "access": area_of(site, site.access),
+        "excavation": area_of(site, site.dug_m > 1e-6),
+        "prohibited": area_of(site, site.prohibited),
+        "no_load": area_of(site, site.no_load),
+        "limiter": area_of(site, limited),
         "slow": union(shapely.Polygon(zone.polygon) for crane in site.cranes for zone in crane.slow_zones),
     }
 
@@ -99,7 +100,7 @@ def _blocker(site: Site, blocker: Blocker) -> dict[str, Any]:
     columns = np.zeros(site.shape[:2], np.bool_)
     columns[blocker.cells[:, 0], blocker.cells[:, 1]] = True
     low, high = blocker.cells.min(axis=0) * size_m + origin, (blocker.cells.max(axis=0) + 1) * size_m + origin
-    return {"id": blocker.id, "outline": outline(_columns(site, columns)), "box_m": [rounded(low), rounded(high)]}
+    return {"id": blocker.id, "outline": outline(area_of(site, columns)), "box_m": [rounded(low), rounded(high)]}
 
 
 def _stored(revision: Revision) -> list[dict[str, Any]]:
@@ -144,17 +145,6 @@ def georeference_of(stated: str) -> dict[str, Any]:
         loaded = json.loads(stated or "{}")
         return loaded if isinstance(loaded, dict) else {}
     return {}
-
-
-def _columns(site: Site, columns: NDArray[np.bool_] | None) -> BaseGeometry:
-    """Return (X, Y) columns as an area."""
-    if columns is None or not columns.any():
-        return shapely.Polygon()
-    size_m, (x0, y0, _) = site.frame.voxel_size_m, site.frame.origin_m
-    edges = np.diff(np.pad(columns, ((0, 0), (1, 1))).astype(np.int8), axis=1)
-    (row, start), (_, end) = np.nonzero(edges == 1), np.nonzero(edges == -1)
-    low_x, low_y, high_y = x0 + row * size_m, y0 + start * size_m, y0 + end * size_m
-    return shapely.union_all(shapely.box(low_x, low_y, low_x + size_m, high_y), grid_size=1e-6)
 
 
 # Where a load hangs above, and how far it may reach when it falls.

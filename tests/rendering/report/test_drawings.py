@@ -115,10 +115,13 @@ def test_distances_are_measured_independently():
     site = log.plan.site
     drawing, html = drawn(log)
     found = {one["name"]: one["distance_m"] for one in drawing["distances_m"]}
-    base = shapely.Point(site.cranes[0].base_m[:2])
+    (crane,) = site.cranes
+    mast = shapely.Point(crane.base_m[:2]).buffer(crane.mast_size_m / 2.0, cap_style="square")
     parts = shapely.union_all([shapely.box(*c.mesh.bounds_m[:, :2].ravel()) for c in site.components])
     yard = shapely.box(-2.0, -3.0, 2.0, 7.0)
-    wanted = {"test crane to building": base.distance(parts), "test crane to yard": base.distance(yard)}
+    wanted = {
+        f"test crane, mast's face to {what}": mast.distance(to) for what, to in (("building", parts), ("yard", yard))
+    }
     wanted["building to yard"] = parts.distance(yard)
     assert found == pytest.approx(wanted, abs=1e-3)
     for value in found.values():
