@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bimvox.planning.insertion import Insertion, NoInsertion, PartToInsert, find_insertion
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
 from bimvox.planning.preparation import Preparation
-from bimvox.planning.stage import Obstacle, Stage, carried_where, refused_by_crane, with_cleared
+from bimvox.planning.stage import Obstacle, Stage, carried_where, refused_by_crane, share_for, with_cleared
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.site.collision import (
     CLEARANCES,
@@ -163,11 +163,15 @@ class Assembly:
     def space(self, index: int, kept: Kept = ALL_KEPT) -> CollisionSpace:
         """Return the collision rule for the transit of component ``index`` now, with its departure cleared."""
         component, place = self._site.components[index], self._preparation.places[index]
-        free = self._occupancy.space(component)
+        free = self._free(component, place)
         transit = self._occupancy.transit(component, free, kept)
         if place is None:
             return transit
         return with_cleared(transit, _departure(free, transit, place.transit_start_vox)[0])
+
+    def _free(self, component: Component, place: YardPlace | None) -> CollisionSpace:
+        """Return the collision rule without clearances."""
+        return self._occupancy.space(component, share_for(self._site, component, place))
 
     def space_of(self, lift: Lift) -> CollisionSpace:
         """Return the collision rule for the crane's motion of a planned lift now: its last moves are cleared too."""
@@ -197,7 +201,7 @@ class Assembly:
     def _stage(
         self, component: Component, place: YardPlace, kept: Kept, avoided: tuple[Insertion, ...]
     ) -> Stage | Obstacle:
-        space = self._occupancy.space(component)
+        space = self._free(component, place)
         swept = place.raising_size_vox(component)
         box = np.argwhere(np.ones(swept, np.bool_)) + np.array(place.cell_vox)
         in_the_way = self.who_is_at(box.astype(np.int32)) if swept[2] else ()
@@ -233,7 +237,7 @@ class Assembly:
         component, place = self._site.components[index], self._preparation.places[index]
         self.skip(index)
         assert place is not None
-        space = self._occupancy.space(component)
+        space = self._free(component, place)
         transit = self._occupancy.transit(component, space, kept)
         insertion = self._insertion(component, space, transit)
         blocked = insertion if isinstance(insertion, Obstacle) else None

@@ -36,10 +36,14 @@ Lying = tuple[StoredPose, int]
 
 
 class Clearance(NamedTuple):
-    """What a part needs around it in transit: so many cells, at its own heading or at every one."""
+    """What a part needs around it in transit: so many cells, at its own heading or at every one.
+
+    ``most_used``: the share of the load chart that it may use when it is picked, as in ``hook_room``.
+    """
 
     border: int
     turns: bool
+    most_used: float | None = None
 
 
 class _Rectangle(NamedTuple):
@@ -118,11 +122,13 @@ class BestPlace:
         if not lyings:
             return None
         site, shape, crane = self._site, component.shape, self._site.crane_of(component)
-        upright = hook_room(site, crane, self._flat, component).floor < HOOK_FORBIDDEN
+        share = clearance.most_used
+        upright = hook_room(site, crane, self._flat, component, most_used=share).floor < HOOK_FORBIDDEN
         for pose, turn in lyings:
             hook = upright
             if turn:
-                hook = upright & (hook_room(site, crane, self._flat, component, turn).floor < HOOK_FORBIDDEN)
+                turned = hook_room(site, crane, self._flat, component, turn, most_used=share).floor
+                hook = upright & (turned < HOOK_FORBIDDEN)
             size_x, size_y, size_z = erection_size_vox(turned_shape(shape, turn), pose)
             if self._floor + size_z > site.shape[2]:
                 continue

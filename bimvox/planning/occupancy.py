@@ -80,9 +80,10 @@ class Occupancy:
         self._update_counts()
         return self._top.copy()
 
-    def space(self, component: Component) -> CollisionSpace:
-        """Return the collision rule for lifting ``component`` now."""
-        room = hook_room(self._site, self._site.crane_of(component), self.heights(), component)
+    def space(self, component: Component, most_used: float | None = None) -> CollisionSpace:
+        """Return the collision rule for lifting ``component`` now; ``most_used`` is that of ``hook_room``."""
+        crane = self._site.crane_of(component)
+        room = hook_room(self._site, crane, self.heights(), component, most_used=most_used)
         return CollisionSpace(
             self._table(),
             component.shape.boxes.copy(),  # writable, as all others: kernels are compiled once

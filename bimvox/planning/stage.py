@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import ceil, hypot
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from bimvox.site.checks import unloading_columns
 from bimvox.site.collision import CollisionSpace, margin_vox, placement_is_free, turning_space
 from bimvox.site.component import Component, IntVec
 from bimvox.site.default_rules import ALL_KEPT, Kept
-from bimvox.site.lifting import crane_for, hung_kg, permitted_for
+from bimvox.site.lifting import crane_for, hung_kg, permitted_for, permitted_share, place_radius_m
 from bimvox.site.site import Site
 from bimvox.units import mass_text
 
@@ -203,11 +203,16 @@ def refused_by_crane(site: Site, component: Component) -> str | None:
     return "; ".join(f"{name}: {reason or could}" for name, reason in reasons.items())
 
 
-def place_radius_m(site: Site, crane: TowerCrane, component: Component) -> float:
-    """Return the radius of the hook when a part is set."""
-    x, y = (component.target_vox[axis] + component.hook_line_vox[axis] + 0.5 for axis in (0, 1))
-    at = site.frame.corner_of([x, y, 0])
-    return hypot(float(at[0]) - crane.base_m[0], float(at[1]) - crane.base_m[1])
+def share_for(site: Site, component: Component, place: YardPlace | None) -> float:
+    """Return the share of the load chart that a lift from a place in the yard may use."""
+    crane = site.crane_of(component)
+    if crane is None:
+        return 1.0
+    if place is None:
+        return permitted_share(site, crane, component)
+    hook_vox = np.add(place.transit_start_vox, component.hook_line_vox)[:2] + 0.5
+    at_m = site.frame.corner_of([*hook_vox.tolist(), 0.0])[:2]
+    return permitted_share(site, crane, component, float(np.hypot(*(at_m - np.array(crane.base_m[:2])))))
 
 
 def _by_access(site: Site, crane: TowerCrane, component: Component) -> str | None:
@@ -220,9 +225,8 @@ def _by_access(site: Site, crane: TowerCrane, component: Component) -> str | Non
 
 def carried_where(site: Site, crane: TowerCrane, component: Component) -> str:
     """Return at which radii a crane carries a part, in words."""
-    low_m, high_m = allowed_radii_m(
-        crane_for(site, crane, component), component.mass_kg, site.rules.highest_utilisation
-    )
+    share = permitted_share(site, crane, component)
+    low_m, high_m = allowed_radii_m(crane_for(site, crane, component), component.mass_kg, share)
     radii = f"at radii from {low_m:.1f} to {high_m:.1f} m" if low_m <= high_m else "at no radius"
     return f"{crane.name} carries {mass_text(hung_kg(crane, component))} with rigging and hook block {radii}"
 
@@ -250,7 +254,7 @@ def _by_radius(site: Site, crane: TowerCrane, component: Component) -> str | Non
             f"its place is at a radius of {radius:.1f} m, but the hook of {crane.name} reaches from "
             f"{crane.min_radius_m:.1f} to {crane.jib_length_m:.1f} m"
         )
-    most_used = site.rules.highest_utilisation
+    most_used = permitted_share(site, crane, component)
     _, furthest = allowed_radii_m(crane_for(site, crane, component), component.mass_kg, most_used)
     if radius <= furthest + _SLACK_M:
         return None
@@ -276,5 +280,6 @@ def could_lift(site: Site, part: Component, place: YardPlace, number: int) -> bo
         return False
     hook_vox = np.add(place.transit_start_vox, part.hook_line_vox)[:2] + 0.5
     at_m = site.frame.corner_of([*hook_vox.tolist(), 0.0])[:2]
-    low_m, high_m = allowed_radii_m(crane_for(site, crane, part), part.mass_kg, site.rules.highest_utilisation)
+    share = permitted_share(site, crane, given)
+    low_m, high_m = allowed_radii_m(crane_for(site, crane, part), part.mass_kg, share)
     return bool(low_m <= np.hypot(*(at_m - np.array(crane.base_m[:2]))) <= high_m)

@@ -170,6 +170,7 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
     best = BestPlace(site, _fixed_tops(site), travels)
     before: dict[int, Component] = {}
     borders = sorted({margin_vox(site), margin_vox(site, NOTHING_KEPT)}, reverse=True)
+    shares = (None, 1.0) if "highest_utilisation" in site.rules.gives_way else (None,)
     for index in order:
         component = site.components[index]
         if component.means is not Means.CRANE:
@@ -191,11 +192,14 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
             now.load.add(component)
             continue
         racked, alone = now.rooms(component, fresh)
-        rooms = [((border, False), room) for some in (racked, alone) for border, room in product(borders, some)]
+        rooms = [
+            (Clearance(border, False, share), room)
+            for border, share, some in product(borders, shares, (racked, alone))
+            for room in some
+        ]
         if site.rules.heading is HeadingRule.WITH_JIB:
-            rooms.insert(0, ((borders[0], True), (*racked, *alone)[0]))
-        for (border, turns), room in rooms:
-            clearance = Clearance(border, turns)
+            rooms.insert(0, (Clearance(borders[0], True), (*racked, *alone)[0]))
+        for clearance, room in rooms:
             found = best.of(component, room.columns, room.lyings, clearance, before.get(component.crane))
             if found is not None:
                 if room.is_fresh:

@@ -21,7 +21,15 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.clearance import MOTION_MARGIN, Clearances, TransitProof
 from bimvox.proof.clock import check_durations, check_phase_names
-from bimvox.proof.crane.axes import check_capacity, check_limits, check_phases, check_range, check_rests
+from bimvox.proof.crane.axes import (
+    check_capacity,
+    check_limits,
+    check_phases,
+    check_range,
+    check_rests,
+    most_permitted,
+    shares_of_capacity,
+)
 from bimvox.proof.crane.separation import check_cranes, check_turns
 from bimvox.proof.ends import check_ends
 from bimvox.proof.guided import check_heading
@@ -307,6 +315,10 @@ class _Verifier(LiftProofs[_Driven]):
         mass_kg = component.mass_kg + rigging_kg(crane, component) - crane.rigging_mass_kg
         check_limits(self.checks["axis_limits"], name, crane, motion, mass_kg)
         check_range(self.checks["axis_range"], name, crane, motion.samples()[1], self.site.frame)
+        loaded = [one for one in (motion.raising, motion.loaded) if one is not None]
+        ends_m = np.array([loaded[0].radius_m[0], loaded[-1].radius_m[0], loaded[-1].radius_m[-1]])
+        hung = mass_kg + crane.rigging_mass_kg + crane.hook_block_kg
+        most_used = most_permitted(self.site, shares_of_capacity(crane, ends_m, hung).tolist())
         masses = {id(motion.approach): 0.0, id(motion.departure): 0.0}
         for what, part in (
             ("approach", motion.approach),
@@ -319,7 +331,7 @@ class _Verifier(LiftProofs[_Driven]):
             check_rests(self.checks["rests"], name, crane, part, what)
             _check_spacing(self.checks["spacing"], name, crane, part, self.site.frame.voxel_size_m)
             hung_kg = masses.get(id(part), mass_kg)
-            check_capacity(self.checks["capacity"], name, crane, part, hung_kg, self.site.rules.highest_utilisation)
+            check_capacity(self.checks["capacity"], name, crane, part, hung_kg, most_used)
 
 
 def _name(lift: Lift, component: Component) -> str:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.clearance import Clearances, nearest, reach_vox
-from bimvox.proof.crane.axes import shares_of_capacity
+from bimvox.proof.crane.axes import most_permitted, shares_of_capacity
 from bimvox.proof.ends import gate_of
 from bimvox.proof.guided import cells_at_any_heading, check_guide, check_rule, turning_placements
 from bimvox.proof.moment import Standing, Thing, beside, cells_in_common, near_and_far, passed_by
@@ -451,9 +451,11 @@ class _Verifier(LiftProofs[int]):
         if "wind" in self.checks:
             check_wind(self.checks["wind"], site, crane, component)
         load_kg = component.mass_kg + crane.hook_block_kg + rigging_kg(crane, component)
-        share = float(shares_of_capacity(crane, radius_m.max(keepdims=True), load_kg)[0])
+        share, *ends = shares_of_capacity(
+            crane, np.array([radius_m.max(), radius_m[0], radius_m[-1]]), load_kg
+        ).tolist()
         reach.measure(share)
-        most_used = site.rules.highest_utilisation
+        most_used = most_permitted(site, ends)
         limit = "" if most_used == 1.0 else f"; {most_used:g} of it is permitted"
         reach.look(
             share <= most_used + _SHARE,

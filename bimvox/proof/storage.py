@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bimvox.bim.own_box import laid_flat_m, sizes_m
 from bimvox.kept import kept
-from bimvox.proof.crane.axes import shares_of_capacity
+from bimvox.proof.crane.axes import most_permitted, shares_of_capacity
 from bimvox.proof.moment import Thing, beside, stored_thing
 from bimvox.proof.space import whole_cells
 from bimvox.records.lift import Lift, YardPlace
@@ -108,7 +108,7 @@ def check_unloading(check: Check, site: Site, lift: Lift) -> None:
     used = shares_of_capacity(crane, radius_m, component.mass_kg + crane.rigging_mass_kg + crane.hook_block_kg)
     in_reach = (radius_m >= crane.min_radius_m - _EPS) & (radius_m <= crane.jib_length_m + _EPS)
     check.look(
-        bool((in_reach & (used <= site.rules.highest_utilisation + _EPS)).any()),
+        bool((in_reach & (used <= most_permitted(site, [1.0]) + _EPS)).any()),
         f"{component.label}: cannot be unloaded, {crane.name} does not carry it over any truck on the access",
     )
 

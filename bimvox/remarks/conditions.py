@@ -13,6 +13,7 @@ from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.bim.site_frame import is_about_place
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import enumerated, listed
+from bimvox.motion.figures import capacity_used
 from bimvox.proof.over_time import not_current
 from bimvox.records.lift import NOT_ITS_CELLS, Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
@@ -114,6 +115,13 @@ def _of_the_lifts(plan: LiftPlan, motions: Sequence[LiftMotion]) -> Iterator[Con
         [part.id for lift, part in planned if lift.kept != ALL_KEPT],
         "lifts keep less than the clearance in transit that the rules ask for",
     )
+    if "highest_utilisation" in own.gives_way:
+        most = own.highest_utilisation
+        used = {motion.component: capacity_used(site, motion) or 0.0 for motion in motions}
+        yield (
+            [part.id for _, part in planned if used.get(part.index, 0.0) > most + 1e-6],
+            f"lifts use more than {100.0 * most:g} % of the load chart",
+        )
     if own.swing is SwingRule.OFF:
         yield None, "loads do not swing"
     if not own.rope:

@@ -12,6 +12,7 @@ from bimvox.bim.building import ASSUMED
 from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.bim.kinds.words import density_of_kind
 from bimvox.compiled import kernel
+from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.machine import Machine, differences, does_more, is_same
 from bimvox.crane.outline import mast_box_m
 from bimvox.crane.tower_crane import TowerCrane
@@ -27,7 +28,7 @@ from bimvox.site.catalogue import FICTITIOUS, catalogue, machine_called
 from bimvox.site.component import Component
 from bimvox.site.crane_distances import EDGE_M, STANDING_M, TRAPPED_M, base_of, of_crane, to_areas
 from bimvox.site.crane_room import HEADROOM_M, PLACE_M, REACH_M, WAY_M, Room, place_beside, way_in
-from bimvox.site.lifting import crane_for, hung_kg
+from bimvox.site.lifting import crane_for, hung_kg, place_radius_m
 from bimvox.site.site import Site
 
 SCALED = " scaled "
@@ -234,10 +235,19 @@ def _heights(subject: Subject, most_m: float) -> Iterator[tuple[Component, float
 
 
 def high_utilisation(subject: Subject) -> Iterator[Remark]:
-    """Yield a remark about every lift that uses more than 90 % of the crane's capacity."""
+    """Yield a remark about every lift that uses more of the crane's capacity than the default, which gives way.
+
+    If the site file gives the limit, from 90 % on.
+    """
+    site = subject.site
+    gives_way = "highest_utilisation" in site.rules.gives_way
     for component, crane, share in _used(subject):
-        if share > HIGH_SHARE + 1e-9:
-            yield table.HIGH_UTILISATION(component, share=100.0 * share, crane=crane.name)
+        if share > (site.rules.highest_utilisation if gives_way else HIGH_SHARE) + 1e-6:
+            at_place = hung_kg(crane, component) / capacity_kg(crane.chart, place_radius_m(site, crane, component))
+            where = "at its place" if at_place > share - 1e-3 else "where it is picked"
+            if gives_way:
+                where += f", where it cannot use {100.0 * site.rules.highest_utilisation:g} %"
+            yield table.HIGH_UTILISATION(component, share=100.0 * share, crane=crane.name, where=where)
 
 
 def doubtful_mass(subject: Subject) -> Iterator[Remark]:

@@ -67,7 +67,7 @@ NO_PLACE = Row("crane_room", _SERIOUS,
 NO_WAY = Row("crane_room", _SERIOUS,
     "no way {way} m wide and {high} m high leads {where} the place of crane {crane!r} {when}")
 CARRIED_LOW = Row("carried_low", _MINOR, "is carried {gap} over {below}: {least} are usual")
-HIGH_UTILISATION = Row("high_utilisation", _MINOR, "uses {share:.0f} % of the capacity of crane {crane!r}")
+HIGH_UTILISATION = Row("high_utilisation", _MINOR, "uses {share:.0f} % of the capacity of crane {crane!r} {where}")
 IF_CONCRETE = Row("doubtful_mass", _SERIOUS,
     "is taken as {kind} ({why}); if it is concrete, it weighs {mass}, {share:.0f} % of the capacity of crane "
     "{crane!r}: say what it is ([model] kinds)")

@@ -153,7 +153,12 @@ def unloading_columns(site: Site, component: Component) -> NDArray[np.int64]:
     if site.access is None or crane is None:
         return np.zeros((0, 2), np.int64)
     flat = np.zeros(site.shape[:2], np.int32)
-    free = site.access & (hook_room(site, crane, flat, component).floor < HOOK_FORBIDDEN)
+    free = np.zeros(site.shape[:2], np.bool_)
+    for most_used in (None, 1.0) if "highest_utilisation" in site.rules.gives_way else (None,):
+        room = hook_room(site, crane, flat, component, most_used=most_used)
+        free = site.access & (room.floor < HOOK_FORBIDDEN)
+        if free.any():
+            break
     return np.argwhere(free)
 
 

@@ -30,7 +30,7 @@ from bimvox.kept import kept
 from bimvox.site.areas import hooks_with_load_over
 from bimvox.site.component import Component, IntVec, Shape, turned_aside, turning_columns
 from bimvox.site.default_rules import ALL_KEPT, SMALLER_CLEARANCES_M, Kept
-from bimvox.site.lifting import crane_for
+from bimvox.site.lifting import crane_for, permitted_share
 from bimvox.site.site import Site
 
 NO_CEILING = np.zeros((0, 0), np.int32)
@@ -158,6 +158,7 @@ def hook_room(
     component: Component | None,
     turn: int = 0,
     slack_m: float = 0.0,
+    most_used: float | None = None,
 ) -> _HookRoom:
     """Return the lowest and highest hook cell per column.
 
@@ -168,15 +169,18 @@ def hook_room(
         component: The load; None for the empty hook.
         turn: By how many quarters the load is turned.
         slack_m: By how much a radius may be out of the crane's limits.
+        most_used: Share of the load chart that the load may use; None: that of the rules, or what its place needs.
     """
     if crane is not None:
+        if most_used is None:
+            most_used = _share(site, crane, component)
         crane = crane_for(site, crane, component)
     load_kg, aside_m = 0.0, (0.0, 0.0)
     if component is not None:
         x, y = turned_aside(component.hook_aside_vox, turn)
         load_kg, aside_m = component.mass_kg, (x * site.frame.voxel_size_m, y * site.frame.voxel_size_m)
     if crane is not None:
-        load_kg = counted_kg(crane, load_kg, site.rules.highest_utilisation)
+        load_kg = counted_kg(crane, load_kg, 1.0 if most_used is None else most_used)
     floor = floor_of_hook(crane, site.frame, top, load_kg, site.rules.rope, site.rules.clearance_m, aside_m, slack_m)
     forbidden = np.zeros(top.shape, np.bool_)
     if site.prohibited is not None:
@@ -191,6 +195,10 @@ def hook_room(
     if forbidden.any():
         floor = np.where(forbidden, HOOK_FORBIDDEN, floor)
     return _HookRoom(floor, ceiling)
+
+
+def _share(site: Site, crane: TowerCrane, component: Component | None) -> float:
+    return site.rules.highest_utilisation if component is None else permitted_share(site, crane, component)
 
 
 def _half_m(site: Site, component: Component | None) -> float:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from bimvox.bim.building import Element
-from bimvox.crane.load_chart import capacity_kg
+from bimvox.crane.load_chart import LoadChart, capacity_kg
 from bimvox.crane.machine import Machine
 from bimvox.crane.reach import MARGIN_M, built_heights, distances_m, points_blocked, standing
 from bimvox.crane.tower_crane import TowerCrane
@@ -29,9 +29,13 @@ from bimvox.site.set_ups import LiftWork, MastPlaces, carried, set_ups
 from bimvox.site.trial import closed_over, yard_points
 
 ROOMY = 0.5
-"""Share of the yard in which a part should be within reach: then it finds a place there, whatever lies next to it."""
+"""Share of the yard in which a part should be within reach, with the whole chart if that may be used: then it finds a
+place there, whatever lies next to it."""
 _AS_GOOD = 0.005
 """Share of the crane time by which a place may be slower if the crane is used less there."""
+_NEARLY = 0.05
+"""A cheaper machine that, from a coarse grid of places, misses no larger share of the parts may serve them all from
+another place nearby."""
 _MOST_BASES = 200
 _MOST_CHECKED = 50
 """Places at which a jib is checked against the building."""
@@ -140,7 +144,7 @@ class Wanted:
         bounds_m = np.array([element.mesh.bounds_m for element in components])
         rules = config.rules_in_force
         standing_s = np.array([crew_times(rules, element).total_s for element in components])
-        self.demand = Demand(components, top_m, rigs, config.rules.highest_utilisation)
+        self.demand = Demand(components, top_m, rigs, config.rules.usual_utilisation)
         self.built = built_heights(bounds_m)
         self.standing_s = float(standing_s.sum())
         upwards = np.lexsort((bounds_m[:, 1, 2], np.round(bounds_m[:, 0, 2], 1)))
@@ -173,6 +177,20 @@ class Wanted:
         areas = self._config.areas.model_copy(update={"yard": yard})
         other._set(self._config.model_copy(update={"areas": areas}))
         return other
+
+    def with_whole_chart(self) -> Wanted | None:
+        """Return the same with the whole load chart; None if the site file limits its share."""
+        if self._config.rules.highest_utilisation is not None:
+            return None
+        other = copy(self)
+        other.demand = self.demand.permitting(1.0)
+        return other
+
+    def to_the_utmost(self, crane: TowerCrane) -> TowerCrane:
+        """Return a crane as used with as much of its chart as no lift may exceed."""
+        more = 1.0 if self._config.rules.highest_utilisation is not None else 1.0 / self.demand.most_used
+        chart = LoadChart(crane.chart.radius_m, tuple(more * kg for kg in crane.chart.capacity_kg))
+        return replace(crane, chart=chart)
 
     def why_not(self, part: int, crane: TowerCrane, margin_m: float = 0.0, sample: LiftWork | None = None) -> Unserved:
         """Return why a crane as used, on its base, does not serve a part; see :meth:`Demand.why_not`.
@@ -230,7 +248,9 @@ def best_set_up(machines: Sequence[Machine], wanted: Wanted) -> Chosen | None:
     best: Chosen | None = None
     for (served, roomy, least), machine, usual, crane, bases_m in tried:
         if best is not None and (served, roomy, least) >= best.rank:
-            break
+            missing = max(served - best.rank[0], roomy - best.rank[1])
+            if least >= best.rank[2] or missing > _NEARLY * len(wanted.work.masses_kg):
+                continue
         found = _placed(machine, usual, crane, bases_m, wanted)
         if best is None or found.rank < best.rank:
             best = found
@@ -241,7 +261,8 @@ def _parts(crane: TowerCrane, bases_m: NDArray[np.float64], wanted: Wanted) -> l
     """Return for each base how many parts a crane serves, and picks in half of the yard; both negative."""
     work = replace(wanted.work, yard_m=wanted.sample.yard_m)
     able, share = carried(crane, bases_m, work, wanted.demand.height_m(crane), MARGIN_M)
-    served, roomy = (able & (share > 0.0)).sum(axis=1), (able & (share >= ROOMY)).sum(axis=1)
+    _, at_most = carried(wanted.to_the_utmost(crane), bases_m, work, wanted.demand.height_m(crane), MARGIN_M)
+    served, roomy = (able & (share > 0.0)).sum(axis=1), (able & (at_most >= ROOMY)).sum(axis=1)
     return list(zip((-served).tolist(), (-roomy).tolist(), strict=True))
 
 
@@ -324,8 +345,10 @@ def _fit(machine: Machine, usual: TowerCrane | None, wanted: Wanted) -> CraneFit
         return CraneFit(*who, max(machine.jibs_m), None, len(demand.masses_kg), (), "", 0.0, 0.0, 0.0, 0.0, 0.0)
     crane, base_m = demand.as_used(usual), np.array([usual.base_m[:2]])
     able, share = carried(crane, base_m, wanted.work, demand.height_m(crane), 0.0)
+    utmost = wanted.to_the_utmost(crane)
+    _, at_most = carried(utmost, base_m, wanted.work, demand.height_m(crane), 0.0)
     done, roomy = np.zeros((2, len(demand.masses_kg)), np.bool_)
-    done[wanted.order], roomy[wanted.order] = able[0] & (share[0] > 0.0), share[0] >= ROOMY
+    done[wanted.order], roomy[wanted.order] = able[0] & (share[0] > 0.0), at_most[0] >= ROOMY
     radii_m = distances_m(base_m, demand.places_m)[0]
     used = (demand.masses_kg + crane.tackle_kg) / np.maximum(capacity_kg(usual.chart, radii_m), 1e-9)
     by_moment = np.argsort(-demand.masses_kg * np.maximum(radii_m, 1.0), kind="stable")
@@ -334,8 +357,8 @@ def _fit(machine: Machine, usual: TowerCrane | None, wanted: Wanted) -> CraneFit
     heaviest = int(np.argmax(demand.masses_kg))
     yard = ""
     if done[heaviest] and not roomy[heaviest]:
-        beyond_m = wanted.yard_m[~demand.picks(heaviest, crane, wanted.yard_m)]
-        yard = str(demand.why_not(heaviest, crane, beyond_m)).replace(" in the yard;", " in half of the yard;")
+        beyond_m = wanted.yard_m[~demand.picks(heaviest, utmost, wanted.yard_m)]
+        yard = str(demand.why_not(heaviest, utmost, beyond_m)).replace(" in the yard;", " in half of the yard;")
     crane_s = float(wanted.estimated(crane, base_m, 0.0)[0][0])
     return CraneFit(
         *who, usual.jib_own_m, usual, len(radii_m), tuple(unserved), yard, highest, furthest,

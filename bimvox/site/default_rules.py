@@ -20,7 +20,12 @@ WIND_M_S: Final = 9.8
 professional judgement for panels). The wind limits of cranes, 20 m/s for most, assume a sail area of 1.2 m2 per tonne,
 which panels exceed."""
 
+HIGHEST_UTILISATION: Final = 0.85
+"""Of the load chart, for a pick or a set. A chart holds at rest, for the mass as it is: starting, stopping and a mass
+that is a few per cent off take the rest (professional judgement)."""
+
 DEFAULT_RULES: Final = {
+    "highest_utilisation": HIGHEST_UTILISATION,
     "transit_clearance_m": TRANSIT_CLEARANCE_M,
     "rope_clearance_m": ROPE_CLEARANCE_M,
     "wind_speed_m_s": WIND_M_S,

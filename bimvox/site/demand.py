@@ -80,6 +80,11 @@ class Demand:
             self.masses_kg = self.masses_kg + rigs.mass_kg
 
     @property
+    def most_used(self) -> float:
+        """Share of the load chart that may be used."""
+        return self._most_used
+
+    @property
     def without_gear(self) -> Mapping[int, str]:
         """Why no gear serves a part, by its number: no crane lifts it."""
         return {} if self._rigs is None else self._rigs.missing

@@ -114,7 +114,8 @@ def _sized_for(
         # A part of which the model leaves no doubt needs a larger crane; the doubtful ones do not make it larger still.
         sensible = [one for one in lifted if not (one.id in unserved and is_doubtful[one.id])]
         yards, crane, _ = _best(machines, *wanted_for(sensible))
-        unserved = _unserved(crane, yards, wanted_for(lifted)[1])
+        all_of_it = wanted_for(lifted)[1]
+        unserved = _unserved(crane, yards, all_of_it.with_whole_chart() or all_of_it)
     unlifted = {one.id for one in lifted if one.id in unserved and is_doubtful[one.id] and may_be_cast(one, limits)}
     alike = cast_alike(unlifted, [one for one in lifted if one.id not in stated], limits)
     cast = tuple(one.id for one in lifted if one.id in alike)
@@ -155,7 +156,20 @@ def _is_doubtful(element: Element, limits: MeansConfig) -> bool:
 def _best(
     machines: Sequence[Machine], candidates: Sequence[Yards], wanted: Wanted
 ) -> tuple[Yards, TowerCrane, frozenset[str]]:
-    """Return the yard with the best set-up, its crane, and the parts that it does not serve; ties: the earlier yard."""
+    """Return the yard with the best set-up, its crane, and the parts that it does not serve; ties: the earlier yard.
+
+    Where no set-up serves all parts with the usual share of its chart, the whole chart counts, if the site file leaves
+    that open.
+    """
+    found = _best_by(machines, candidates, wanted)
+    if not found[2] or (whole := wanted.with_whole_chart()) is None:
+        return found
+    return min((found, _best_by(machines, candidates, whole)), key=lambda one: len(one[2]))
+
+
+def _best_by(
+    machines: Sequence[Machine], candidates: Sequence[Yards], wanted: Wanted
+) -> tuple[Yards, TowerCrane, frozenset[str]]:
     best: tuple[Chosen, Yards] | None = None
     for yards in candidates:
         found = best_set_up(machines, wanted.with_yard(yards))
@@ -170,6 +184,7 @@ def _best(
 
 
 def _unserved(crane: TowerCrane, yards: Yards, wanted: Wanted) -> frozenset[str]:
+    """Return the parts that a crane does not serve from where it stands."""
     return frozenset(part.component for part in fit_here(wanted.with_yard(yards), crane).unserved)
 
 
@@ -375,7 +390,7 @@ def _with_areas_and_crane(
             crane_config(crane) if machine_called(crane.name) is None else machine_config(crane)
         )
     else:
-        most_used = config.rules.highest_utilisation
+        most_used = config.rules.usual_utilisation
         yards = max(
             candidates_for(lifted),
             key=lambda these: min((_reached(crane, these, lifted, most_used) for crane in cranes), default=0),

@@ -19,7 +19,7 @@ from bimvox.bim.building import Element, TriangleMesh
 from bimvox.crane.choose_rig import NoGearError, choose_rig
 from bimvox.crane.gear import Gear, GearKind
 from bimvox.crane.kinematics import rigged
-from bimvox.crane.load_chart import permitted_wind_m_s
+from bimvox.crane.load_chart import capacity_kg, permitted_wind_m_s
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.kept import kept
@@ -238,6 +238,30 @@ class GoverningWind:
     speed_m_s: float
     component: str | None
     name: str
+
+
+def place_radius_m(site: Site, crane: TowerCrane, component: Component) -> float:
+    """Return the radius of the hook when a part is set."""
+    x, y = (component.target_vox[axis] + component.hook_line_vox[axis] + 0.5 for axis in (0, 1))
+    at = site.frame.corner_of([x, y, 0])
+    return hypot(float(at[0]) - crane.base_m[0], float(at[1]) - crane.base_m[1])
+
+
+_SHARE_SLACK = 1e-9
+
+
+def permitted_share(site: Site, crane: TowerCrane, component: Component, picked_m: float = 0.0) -> float:
+    """Return the share of the load chart that a crane may use for a part.
+
+    It is that of the rules. Where that is a default, it is no less than what the part needs at its place, and at the
+    radius at which it is picked.
+    """
+    most = site.rules.highest_utilisation
+    if "highest_utilisation" not in site.rules.gives_way:
+        return most
+    carries_kg = capacity_kg(crane.chart, max(picked_m, place_radius_m(site, crane, component)))
+    needed = hung_kg(crane, component) / carries_kg if carries_kg > 0.0 else 1.0
+    return max(most, min(1.0, needed + _SHARE_SLACK))
 
 
 def permitted_for(site: Site, crane: TowerCrane, component: Component) -> float:

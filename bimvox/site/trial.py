@@ -95,7 +95,7 @@ class Trial:
         chosen = [gear is not None for gear in gear_by_crane(config, len(cranes))]
         points_m = yard_points(config)
         ways = [self._by(crane, own, config, points_m) for crane, own in zip(cranes, chosen, strict=True)]
-        rings = tuple(_rings(crane, config.rules.highest_utilisation) for crane in cranes)
+        rings = tuple(_rings(crane, config.rules.usual_utilisation) for crane in cranes)
         problems = tuple(self._problems(config, cranes))
         count = len(self._parts)
         if not ways:
@@ -123,7 +123,7 @@ class Trial:
 
     def _by(self, crane: TowerCrane, chosen: bool, config: SiteConfig, points_m: NDArray[np.float64]) -> _Way:
         """Return how one crane serves every part."""
-        demand = self._demands[chosen].permitting(config.rules.highest_utilisation)
+        demand = self._demands[chosen].permitting(config.rules.utmost_utilisation)
         used, masses_kg = demand.as_used(crane), demand.masses_kg
         high_m = demand.height_m(used)
         base = np.array([crane.base_m[:2]])

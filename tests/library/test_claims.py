@@ -63,7 +63,8 @@ def test_what_is_given_takes_its_claims_away(good):
 def test_rules_below_the_defaults_are_named_and_counted(good):
     rules = dataclasses.replace(RulesConfig().rules(has_crane=True), transit_clearance_m=0.5, highest_utilisation=1.0)
     found = claims(with_rules(good, dataclasses.replace(rules, support_gap_m=0.2)))["weaker_rules"]
-    assert found.count == 2
+    assert found.count == 3
+    assert "highest_utilisation = 1 (default: 0.85)" in found.text
     assert "transit_clearance_m = 0.5 (default: 2)" in found.text
     assert "support_gap_m = 0.2 (default: 0.05)" in found.text
 

@@ -9,12 +9,16 @@ from box_sites import box_site
 from planned_sites import PORTAL, all_planned, failures, planned, portal_crane, portal_site, rectangle
 
 from bimvox.crane.kinematics import hook_of
+from bimvox.crane.load_chart import capacity_kg, max_radius_m
 from bimvox.crane.tower_crane import SlowZone, WorkingRange
 from bimvox.motion.figures import capacity_used
 from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.planning.stage import place_radius_m, refused_by_crane
 from bimvox.records.lift import Status
+from bimvox.remarks.remarks import remarks_of
+from bimvox.remarks.table import HIGH_UTILISATION
 from bimvox.site.component import Lifting
+from bimvox.site.lifting import hung_kg
 from bimvox.site.site import HookHeights, Rules
 
 
@@ -184,6 +188,32 @@ def test_a_part_that_needs_more_of_the_capacity_than_permitted_is_refused_by_nam
     assert max(capacity_used(site, motion) for motion in own) <= limit
     assert not failures(less, own)
     assert {"reach", "capacity"} <= failures(plan, motions, rules=site.rules)
+
+
+def test_a_default_limit_of_the_capacity_gives_way_only_as_far_as_a_part_needs_at_its_place(free):
+    plan, motions = free
+    used = {motion.component: capacity_used(plan.site, motion) for motion in motions}
+    most, next_most = sorted(used.values(), reverse=True)[:2]
+    limit = round((most + next_most) / 2.0, 3)
+    heavy = max(used, key=lambda index: used[index])
+    rules = Rules(highest_utilisation=limit, gives_way=("highest_utilisation",))
+    site = portal_site(portal_crane(), rules=rules)
+    less, own = planned(site)
+    assert all_planned(less)
+    assert not failures(less, own)
+    now = {motion.component: capacity_used(site, motion) for motion in own}
+    crane, part = site.cranes[0], site.components[heavy]
+    at_place = hung_kg(crane, part) / capacity_kg(crane.chart, place_radius_m(site, crane, part))
+    assert limit < at_place == pytest.approx(now.pop(heavy))
+    assert max(now.values()) <= limit + 1e-9
+    assert [one.component for one in remarks_of(less, own) if one.kind == HIGH_UTILISATION.code] == [part.id]
+    # The proof permits what is needed at the ends, and no more between them.
+    motion = next(one for one in own if one.component == heavy)
+    radius_m = np.array(motion.loaded.radius_m)
+    radius_m[len(radius_m) // 2] = max_radius_m(crane.chart, hung_kg(crane, part) / 0.99)
+    far = replace(motion, loaded=replace(motion.loaded, radius_m=radius_m))
+    assert "capacity" in failures(less, tuple(far if one is motion else one for one in own))
+    assert "capacity" not in failures(less, tuple(far if one is motion else one for one in own), rules=Rules())
 
 
 def test_hook_and_rope_keep_their_clearance_from_what_is_higher(free):

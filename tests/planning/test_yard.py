@@ -8,13 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from slab_yards import slab_site
 
+from bimvox.crane.load_chart import capacity_kg
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.yard import Truckload, fit_trucks
 from bimvox.proof.plan import verify_plan
 from bimvox.proof.storage import _has_room
-from bimvox.records.lift import LiftPlan
+from bimvox.records.lift import LiftPlan, Status
 from bimvox.site.default_rules import TRUCK_M, YardRules
+from bimvox.site.lifting import hung_kg
 from bimvox.site.site import Site
 
 TRUCK = YardRules(truck_m=TRUCK_M)
@@ -116,3 +118,28 @@ def test_whether_parts_fit_depends_on_the_order_in_which_they_are_loaded():
     assert not fit_trucks(site, (0, 2, 1, 3), on_one), "a row of a long one alone, and no room for a third row"
     assert fit_trucks(site, (0, 2, 1, 3), {0: 0, 2: 0, 1: 1, 3: 1})
     assert fit_trucks(site, (0, 2, 1, 3), {0: 0, 1: 0, 3: 0}), "a part without a place comes with no truck"
+
+
+def picked(rules: dict[str, object], yard: tuple[tuple[float, float], tuple[float, float]]) -> list[float]:
+    """Return the shares of the load chart at which slabs of 12 t are picked from a yard."""
+    site = slab_site(rules=rules, yard=yard)
+    heavy = tuple(dataclasses.replace(part, mass_kg=12_000.0) for part in site.components)
+    site = dataclasses.replace(site, components=heavy)
+    plan = plan_lifts(site, prepare(site))
+    assert all(lift.status is Status.PLANNED for lift in plan.lifts)
+    assert verify_plan(plan).verified
+    crane, shares = site.cranes[0], []
+    for lift in plan.lifts:
+        part = site.components[lift.component]
+        x, y = (np.add(lift.path_vox[0], part.hook_line_vox)[:2] + 0.5).tolist()
+        radius_m = np.hypot(*(site.frame.corner_of([x, y, 0.0])[:2] - np.array(crane.base_m[:2])))
+        shares.append(hung_kg(crane, part) / float(capacity_kg(crane.chart, radius_m)))
+    return shares
+
+
+def test_parts_are_picked_with_no_more_than_the_default_share_of_the_chart_where_the_yard_allows_it():
+    limit = {"highest_utilisation": 0.8, "gives_way": ("highest_utilisation",)}
+    near, far = ((24.0, 36.0), (64.0, 50.0)), ((34.0, 36.0), (64.0, 50.0))
+    assert max(picked({}, near)) > 0.85
+    assert max(picked(limit, near)) < 0.8  # in two deliveries
+    assert min(picked(limit, far)) > 0.8

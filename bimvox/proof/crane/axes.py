@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import pairwise
 
 import numpy as np
@@ -15,6 +16,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.records.motion import LiftMotion, PhaseName, Trajectory
 from bimvox.records.proof import Check
+from bimvox.site.site import Site
 from bimvox.units import mass_text
 
 _OVER_LIMIT = 1e-3
@@ -269,6 +271,15 @@ def check_capacity(
         + ("" if most_used == 1.0 else f", {most_used:g} is permitted"),
         samples=len(used),
     )
+
+
+def most_permitted(site: Site, ends: Iterable[float]) -> float:
+    """Return the share of the capacity that a load may use: the rule's or, if that gives way, that of its ends.
+
+    ``ends``: the shares that it uses where it is picked and where it is set.
+    """
+    most = site.rules.highest_utilisation
+    return min(1.0, max([most, *ends])) if "highest_utilisation" in site.rules.gives_way else most
 
 
 def shares_of_capacity(crane: TowerCrane, radius_m: NDArray[np.float64], hung_kg: float) -> NDArray[np.float64]:

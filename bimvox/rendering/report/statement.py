@@ -117,6 +117,8 @@ def _permitted(record: dict[str, Any]) -> str:
     planned = "" if used is None else f"; the plan uses {percent(used, 1)} at most"
     if most == 1.0:
         return f"{limit}: the site file gives no lower limit ([rules] highest_utilisation){planned}"
+    if "highest_utilisation" in record["site"]["rules"]["gives_way"]:
+        return f"{limit} where that is possible, more only where a part needs it at its place or in the yard{planned}"
     return f"{limit}, by [rules] highest_utilisation: a part that needs more is refused{planned}"
 
 

@@ -16,6 +16,7 @@ from bimvox.site.config.validation import Flag, NotNegative, Number, Positive, T
 from bimvox.site.crew_times import FIELD_TIMES, CrewTimes, TimesByWork
 from bimvox.site.default_rules import (
     DEFAULT_RULES,
+    HIGHEST_UTILISATION,
     MOST_CONTACT_TOLERANCE_M,
     MOST_SAMPLE_PERIOD_S,
     MOST_SUPPORT_GAP_M,
@@ -233,13 +234,24 @@ class RulesConfig(Table):
     """Largest angle between opposite legs of a sling."""
     critical_share: Annotated[Number, Field(gt=0.0, le=1.0)] = _RULES.critical_share
     """Share of the capacity from which a lift is critical."""
-    highest_utilisation: Annotated[Number, Field(gt=0.0, le=1.0)] = _RULES.highest_utilisation
-    """Highest permitted share of the capacity: no crane carries a load where it would use more."""
+    highest_utilisation: Annotated[Number, Field(gt=0.0, le=1.0)] | None = None
+    """Highest permitted share of the capacity: no crane carries a load where it would use more. Default: 0.85 with a
+    crane, more only where a part needs it at its place, or lies nowhere in the yard with less."""
     crane_separation_m: Positive = _RULES.crane_separation_m
     """Between cranes and their loads, on plan or in height, also while they brake."""
     by_other_means: Flag = _RULES.by_other_means
     """Whether a part that the crane cannot set counts as set by other means. ``false``: what rests on it is infeasible
     too."""
+
+    @property
+    def usual_utilisation(self) -> float:
+        """The share of the load chart that lifts use at most where they can."""
+        return HIGHEST_UTILISATION if self.highest_utilisation is None else self.highest_utilisation
+
+    @property
+    def utmost_utilisation(self) -> float:
+        """The share of the load chart that no lift may exceed."""
+        return 1.0 if self.highest_utilisation is None else self.highest_utilisation
 
     def rules(self, *, has_crane: bool = False) -> Rules:
         """Return the rules as a value for the planner, those that the file does not give by their defaults."""
@@ -250,7 +262,7 @@ class RulesConfig(Table):
         own["sling_angle_rad"] = math.radians(self.sling_angle_deg)
         given = self.model_dump(exclude={"sling_angle_deg"}) | own
         left = tuple(key for key in DEFAULT_RULES if given[key] is None)
-        defaults = {key: DEFAULT_RULES[key] if has_crane else 0.0 for key in left}
+        defaults = {key: DEFAULT_RULES[key] if has_crane else getattr(_RULES, key) for key in left}
         return Rules(**(given | defaults), gives_way=left if has_crane else ())
 
 

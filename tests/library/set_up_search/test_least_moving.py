@@ -185,9 +185,10 @@ def test_the_bound_counts_each_yard_with_the_machine_that_is_tried_there() -> No
     search, machines = Search(PlacedSite(config, building), SilentProgress()), machines_called("hammerhead-45")
     given = list(search.tried(machines))
     (yard,) = config.areas.yard
+    away_m = np.sign(np.mean(yard, axis=0) - np.mean(config.areas.construction, axis=0)) * 8.0
     far, same = (
-        search.with_yard(machines[0], OtherYard(n, tuple((x + aside_m, y) for x, y in yard), 24_000.0), 4)
-        for n, aside_m in enumerate((8.0, 0.0))
+        search.with_yard(machines[0], OtherYard(n, tuple(map(tuple, np.add(yard, aside_m))), 24_000.0), 4)
+        for n, aside_m in enumerate((away_m, 0.0))
     )
     assert far.served == same.served == given[0].served
     given_s, far_s, same_s = (search.least_moving_s(some) for some in (given, [far], [same]))
