@@ -32,14 +32,22 @@ def _least_ns(rules: Rules, component: Component) -> int:
 
 
 def check_durations(
-    check: Check, name: str, rules: Rules, component: Component, motion: LiftMotion, *, tag_lines: bool = True
+    check: Check,
+    name: str,
+    rules: Rules,
+    component: Component,
+    motion: LiftMotion,
+    *,
+    tag_lines: bool = True,
+    lies: bool = False,
 ) -> None:
     """Check that the crew has the time of the rules to hook on, check the raised part, set it and release it.
 
     The rules give these times by the part's class of work, or one value for all classes. A load without tag lines turns
-    with the jib.
+    with the jib. A part that lies in the yard (``lies``) is upended before it is carried.
     """
     hook_on_s, brace_s, hook_off_s = _asked_s(rules, component, tag_lines=tag_lines)
+    raised_s = _TRIAL_LIFT_S + rules.upend_s * lies
     given_ns = {
         phase: sum(p.end_ns - p.start_ns for p in motion.phases if p.name is phase)
         for phase in (PhaseName.HOOK_ON, PhaseName.RAISE, PhaseName.SET, PhaseName.RELEASE)
@@ -47,7 +55,7 @@ def check_durations(
     given_ns[PhaseName.RAISE] -= int(motion.raising.time_ns[-1] - motion.raising.time_ns[0])
     for phase, act, wanted_s in (
         (PhaseName.HOOK_ON, "hooking on", hook_on_s),
-        (PhaseName.RAISE, "the trial lift", _TRIAL_LIFT_S),
+        (PhaseName.RAISE, "the trial lift, and upending if it lies," if lies else "the trial lift", raised_s),
         (PhaseName.SET, "setting", brace_s),
         (PhaseName.RELEASE, "releasing", hook_off_s),
     ):

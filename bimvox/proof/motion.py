@@ -43,7 +43,7 @@ from bimvox.proof.swing import SwingProof
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.records.proof import Check, Verification, turn_to
-from bimvox.site.component import Component
+from bimvox.site.component import Component, StoredPose
 from bimvox.walk import Store
 from bimvox.workers import ALONE, Workers
 
@@ -236,7 +236,9 @@ class _Verifier(LiftProofs[_Driven]):
         self.checks.update({n: Check(n, unit=check.unit, about=component.id) for n, check in whole.items()})
         self._check_axes(name, crane, moment, motion)
         tag_lines, timeline = not moment.lift.ever_with_jib, self.checks["timeline"]
-        check_durations(timeline, name, self.site.rules, component, motion, tag_lines=tag_lines)
+        place = moment.lift.place
+        lies = place is not None and place.pose is not StoredPose.AS_BUILT
+        check_durations(timeline, name, self.site.rules, component, motion, tag_lines=tag_lines, lies=lies)
         check_heading(timeline, name, self.site, crane, moment.lift, component, motion)
         check_phase_names(timeline, name, motion)
         check_ends(self.checks["ends"], name, self.site, crane, moment, motion, before)

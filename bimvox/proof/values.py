@@ -160,6 +160,7 @@ _RULES = {
     "bracing_s": _Range(0.0, _DAY_S),
     "release_s": _Range(0.0, _DAY_S),
     "turn_s": _Range(0.0, _DAY_S),
+    "upend_s": _Range(0.0, _DAY_S),
     "transit_clearance_m": _Range(0.0, _FAR_M),
     "rope_clearance_m": _Range(0.0, _FAR_M),
     "truckload_kg": _Range(0.0, _HEAVY_KG),

@@ -211,6 +211,11 @@ class YardPlace:
     rack: int = 0
 
     @property
+    def is_upended(self) -> bool:
+        """Whether the part lies, and is upended before it is carried."""
+        return self.pose is not StoredPose.AS_BUILT
+
+    @property
     def transit_start_vox(self) -> IntVec:
         """Reference cell of the component in its final orientation, after it was upended, raised and turned."""
         x, y, z = self.cell_vox

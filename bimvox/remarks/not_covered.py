@@ -12,7 +12,7 @@ from bimvox.planning.stage import refused_by_crane
 from bimvox.records.declared import Record
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.remarks.subject import Subject, metres, name_of
-from bimvox.site.component import Component, StoredPose
+from bimvox.site.component import Component
 from bimvox.site.crane_distances import base_of
 from bimvox.site.crane_room import PLACE_M, REACH_M, WAY_M, Room, place_beside, way_in
 from bimvox.site.crew_times import TRIAL_LIFT_S
@@ -113,9 +113,9 @@ def _tandem(subject: Subject) -> _Here:
 
 
 def _upended(subject: Subject) -> _Here:
-    lying = (StoredPose.LYING_X, StoredPose.LYING_Y)
-    parts = _parts(subject, (lift for lift in subject.lifts if lift.place is not None and lift.place.pose in lying))
-    return _about(parts, "part is upended", "parts are upended")
+    parts = _parts(subject, (lift for lift in subject.lifts if lift.place is not None and lift.place.is_upended))
+    takes = f"in {subject.site.rules.upend_s:g} s besides the crane's motion"
+    return _about(parts, f"part is upended, {takes}", f"parts are upended, each {takes}")
 
 
 def _overlaps(subject: Subject) -> _Here:

@@ -20,7 +20,7 @@ from bimvox.crane.travel import rest_to_rest_s
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import Component
 from bimvox.site.config.site_config import SiteConfig
-from bimvox.site.crew_times import crew_times
+from bimvox.site.crew_times import standing_s
 from bimvox.site.lifting import hung_kg
 from bimvox.site.site import Rules
 
@@ -73,7 +73,7 @@ def assigned(
         elif not can[n].any():
             can[n, int(np.argmin(excess_m[n]))] = True
     reach_m = np.stack([_distances_m(crane, places_m) for crane in cranes], axis=1)
-    crew_s = np.array([crew_times(rules, component).total_s for component in components])
+    crew_s = np.array([standing_s(rules, component, upended=component.erected) for component in components])
     work_s = np.stack([rough_work_s(crane, reach_m[:, k], crew_s) for k, crane in enumerate(cranes)], axis=1)
     choice = balanced(can, reach_m, work_s)
     return [replace(component, crane=int(k)) for component, k in zip(components, choice, strict=True)]

@@ -324,6 +324,7 @@ def _with_fixed_digests(site: Site) -> Site:
             bracing_s=0.0,
             release_s=0.0,
             turn_s=0.0,
+            upend_s=0.0,
             times=FIELD_TIMES,
             casting=FIELD_CASTING,
             truckload_kg=0.0,

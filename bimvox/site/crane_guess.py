@@ -23,8 +23,9 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.catalogue import machine_called
 from bimvox.site.config.calendar import Rates, rates_of
 from bimvox.site.config.site_config import Polygon, SiteConfig
-from bimvox.site.crew_times import crew_times
+from bimvox.site.crew_times import standing_s
 from bimvox.site.demand import Demand, Rigs, Unserved
+from bimvox.site.parts import is_erected
 from bimvox.site.set_ups import LiftWork, MastPlaces, carried, set_ups
 from bimvox.site.trial import closed_over, yard_points
 
@@ -143,10 +144,10 @@ class Wanted:
     ) -> None:
         bounds_m = np.array([element.mesh.bounds_m for element in components])
         rules = config.rules_in_force
-        standing_s = np.array([crew_times(rules, element).total_s for element in components])
+        stands_s = np.array([standing_s(rules, element, upended=is_erected(element)) for element in components])
         self.demand = Demand(components, top_m, rigs, config.rules.usual_utilisation)
         self.built = built_heights(bounds_m)
-        self.standing_s = float(standing_s.sum())
+        self.standing_s = float(stands_s.sum())
         upwards = np.lexsort((bounds_m[:, 1, 2], np.round(bounds_m[:, 0, 2], 1)))
         self.order = upwards if order is None else np.array(order, np.int64)
         self._building, self._closed = building, closed_over(config.zone, self.demand.places_m) != ""
@@ -156,7 +157,7 @@ class Wanted:
             tops_m=bounds_m[self.order, 1, 2],
             heights_m=np.ptp(bounds_m[self.order, :, 2], axis=1),
             masses_kg=self.demand.masses_kg[self.order],
-            standing_s=standing_s[self.order],
+            standing_s=stands_s[self.order],
             yard_m=np.zeros((0, 2)),
             closed=self._closed[self.order],
             rooms=np.full((len(components), 2), None),

@@ -24,6 +24,10 @@ from bimvox.sparse import SPARSE
 TRIAL_LIFT_S = 10.0
 """Holding the raised part to check that it hangs properly; nominal."""
 
+UPEND_S = 120.0
+"""Upending a part that lies, besides the crane's motion: its foot is bedded and held, and it is tilted up slowly, the
+rope kept upright, with looks at foot and anchors (professional judgement)."""
+
 
 @dataclass(frozen=True, slots=True, order=True)
 class CrewTimes:
@@ -87,6 +91,9 @@ class _Rules(Protocol):
     @property
     def release_s(self) -> float | None: ...
 
+    @property
+    def upend_s(self) -> float: ...
+
 
 def crew_times(rules: _Rules, part: Part, *, tag_lines: bool = True) -> CrewTimes:
     """Return the crew's times for a part: those of its class, unless the rules give one value for all classes.
@@ -97,6 +104,11 @@ def crew_times(rules: _Rules, part: Part, *, tag_lines: bool = True) -> CrewTime
     brace_s = own.brace_s if rules.bracing_s is None else rules.bracing_s
     release_s = own.release_s if rules.release_s is None else rules.release_s
     return CrewTimes(own.sling_s, brace_s, release_s, own.tag_line_s if tag_lines else 0.0)
+
+
+def standing_s(rules: _Rules, part: Part, *, upended: bool) -> float:
+    """Return how long the crane stands for a part, with the trial lift, and upending if it lies in the yard."""
+    return crew_times(rules, part).total_s + (rules.upend_s if upended else 0.0)
 
 
 def times_of(times: TimesByWork, work: Work) -> CrewTimes:

@@ -73,6 +73,7 @@ class Rules:
     bracing_s: float | None = None
     release_s: float | None = None
     turn_s: float = 30.0
+    upend_s: float = field(default=0.0, metadata=SPARSE)
     transit_clearance_m: float = 0.0
     rope_clearance_m: float = 0.0
     swing: SwingRule = SwingRule.SHAPED

@@ -14,7 +14,8 @@ from bimvox.crane.tower_crane import SlowZone, WorkingRange
 from bimvox.motion.figures import capacity_used
 from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.planning.stage import place_radius_m, refused_by_crane
-from bimvox.records.lift import Status
+from bimvox.records.lift import LiftPlan, Status
+from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.remarks.remarks import remarks_of
 from bimvox.remarks.table import HIGH_UTILISATION
 from bimvox.site.component import Lifting
@@ -233,3 +234,22 @@ def test_hook_and_rope_keep_their_clearance_from_what_is_higher(free):
         away = np.maximum(np.abs(hook[:, :2] - (6.5, 3.5)) - 0.5, 0.0).max(axis=1)
         low = hook[:, 2] < 9.0 + site.cranes[0].sling_m - 0.5
         assert away[low].min() >= 1.5 - 0.5 - 1e-6
+
+
+def test_upending_takes_its_time_of_the_parts_that_lie_alone() -> None:
+    def raising_s(upend_s: float) -> tuple[LiftPlan, tuple[LiftMotion, ...], dict[str, float]]:
+        site = portal_site(portal_crane(), rules=Rules(upend_s=upend_s))
+        plan, motions = planned(site)
+        names = (site.components[motion.component].id for motion in motions)
+        spans = ([p.end_ns - p.start_ns for p in motion.phases if p.name is PhaseName.RAISE] for motion in motions)
+        return plan, motions, {name: sum(own) / 1e9 for name, own in zip(names, spans, strict=True)}
+
+    plan, motions, at_once = raising_s(0.0)
+    *_, slowly = raising_s(90.0)
+    lying = {plan.site.components[lift.component].id for lift in plan.lifts if lift.place and lift.place.is_upended}
+    assert lying
+    assert lying < set(at_once)
+    assert {name for name in at_once if slowly[name] != pytest.approx(at_once[name])} == lying
+    assert all(slowly[name] - at_once[name] == pytest.approx(90.0) for name in lying)
+    assert failures(plan, motions, rules=Rules(upend_s=0.0)) == set()
+    assert failures(plan, motions, rules=Rules(upend_s=90.0)) == {"timeline"}

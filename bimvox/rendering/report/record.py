@@ -26,7 +26,6 @@ from bimvox.rendering.report.rigging import gear_list, rigs_of
 from bimvox.rendering.report.site_plan import drawing_of
 from bimvox.rendering.report.support import out_of_service, supports_of, survey_of
 from bimvox.site.catalogue import machine_called
-from bimvox.site.component import StoredPose
 from bimvox.site.config.project import ProjectConfig
 from bimvox.site.site import Site
 from bimvox.site.work import work_of
@@ -36,6 +35,7 @@ _RULES = (
     *("clearance_m", "transit_clearance_m", "rope_clearance_m", "gives_way", "contact_tolerance_m", "support_gap_m"),
     *("rope", "sample_period_s", "swing", "wind_speed_m_s", "drag_coefficient", "sling_angle_rad"),
     "highest_utilisation",
+    "upend_s",
 )
 CARRYING = frozenset((PhaseName.HOIST, PhaseName.TRAVERSE, PhaseName.LOWER))
 """Phases in which the load is in transit."""
@@ -327,7 +327,7 @@ def _class(site: Site, work: str, lifts: list[Lift], motions: dict[int, LiftMoti
         "work": work,
         "lifts": [lift.number for lift in lifts],
         "heaviest_kg": max(part.mass_kg for part in parts),
-        "upended": sum(lift.place is not None and lift.place.pose is not StoredPose.AS_BUILT for lift in lifts),
+        "upended": sum(lift.place is not None and lift.place.is_upended for lift in lifts),
         "turned": sum(lift.place is not None and lift.place.turn != 0 for lift in lifts),
         "points": [min(points), max(points)],
         "phases": {name: [min(seconds), max(seconds)] for name, seconds in spans.items()},

@@ -91,6 +91,7 @@ def _limits(record: dict[str, Any]) -> list[tuple[str, str]]:
     share = percent(record["critical_share"], 0)
     critical = _numbers([one for one in planned if one["critical"]])
     return [
+        ("Upending", _upending(record)),
         ("Wind", _wind(record, planned)),
         ("Blind lifts", _blind(record)),
         ("Exclusion zone", _below(record)),
@@ -108,6 +109,19 @@ def _limits(record: dict[str, Any]) -> list[tuple[str, str]]:
             + f" certificates: {_BLANK}",
         ),
     ]
+
+
+def _upending(record: dict[str, Any]) -> str:
+    """Return how parts that lie are upended and what their time assumes; empty if none is."""
+    count, rules = sum(one["upended"] for one in record["method"]), record["site"]["rules"]
+    if not count:
+        return ""
+    seconds = number(rules["upend_s"], span(rules["upend_s"]), "upend_s")
+    return (
+        f"{counted(count, 'part')} with one hook: slung at the head, in the yard or on a frame; the foot is bedded and "
+        f"held so that it cannot slip; hook and trolley follow the head, the rope upright. It takes {seconds} besides "
+        "the crane's motion ([rules] upend_s), then the trial lift. Two hooks: a line to tick"
+    )
 
 
 def _permitted(record: dict[str, Any]) -> str:

@@ -13,7 +13,7 @@ from pydantic import AfterValidator, Field
 
 from bimvox.site.casting import FIELD_BUILDING, FIELD_CASTING, BuildingTimes, Casting, CastTimes, Curing
 from bimvox.site.config.validation import Flag, NotNegative, Number, Positive, Table, Text, Whole, not_below
-from bimvox.site.crew_times import FIELD_TIMES, CrewTimes, TimesByWork
+from bimvox.site.crew_times import FIELD_TIMES, UPEND_S, CrewTimes, TimesByWork
 from bimvox.site.default_rules import (
     DEFAULT_RULES,
     HIGHEST_UTILISATION,
@@ -219,6 +219,9 @@ class RulesConfig(Table):
     """One value for all classes of work, instead of ``times``."""
     turn_s: Pause = _RULES.turn_s
     """Time to turn a hanging part by a quarter."""
+    upend_s: Pause | None = Field(default=None, examples=[180])
+    """Time to upend a part that lies, with one hook about its foot, besides the crane's motion. Default: 120 with a
+    crane."""
     heading: Literal["kept", "with_jib"] = _RULES.heading.value
     """``kept``: tag lines keep the heading of loads. ``with_jib``: loads turn with the jib where there is room."""
     swing: Literal["shaped", "off"] = _RULES.swing.value
@@ -260,6 +263,7 @@ class RulesConfig(Table):
         own |= {"building": BuildingTimes(**self.building.model_dump())}
         own["curing"] = None if self.curing is None else Curing(**self.curing.model_dump())
         own["sling_angle_rad"] = math.radians(self.sling_angle_deg)
+        own["upend_s"] = (UPEND_S if has_crane else 0.0) if self.upend_s is None else self.upend_s
         given = self.model_dump(exclude={"sling_angle_deg"}) | own
         left = tuple(key for key in DEFAULT_RULES if given[key] is None)
         defaults = {key: DEFAULT_RULES[key] if has_crane else getattr(_RULES, key) for key in left}

@@ -27,6 +27,7 @@ def test_the_rules_have_the_planners_names_and_defaults():
         "highest_utilisation": 1.0,
         "gives_way": (),
     }
+    assert (own.pop("upend_s"), named.pop("upend_s")) == (None, 0.0)  # asked for with a crane
     assert named.pop("yard") is None  # it has its own table
     assert named.pop("order_search")  # in [sequence]
     assert own == named
@@ -40,6 +41,8 @@ def test_a_crane_brings_clearances_and_wind_that_give_way():
     assert set(rules.gives_way) == DEFAULT_RULES.keys()
     given = RulesConfig(transit_clearance_m=3.0, wind_speed_m_s=0.0, highest_utilisation=0.9).rules(has_crane=True)
     assert given.highest_utilisation == 0.9
+    assert rules.upend_s == 120.0
+    assert RulesConfig(upend_s=0.0).rules(has_crane=True).upend_s == 0.0
     assert (given.transit_clearance_m, given.rope_clearance_m, given.wind_speed_m_s) == (3.0, 0.5, 0.0)
     assert given.gives_way == ("rope_clearance_m",)
 
