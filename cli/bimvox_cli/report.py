@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bimvox_cli import complete
 from bimvox_cli.options import Log, command, to_file
 from bimvox_cli.output import Column, Output, fields, spent, table
 
@@ -25,7 +26,8 @@ def report(
         Path | None,
         to_file(
             "OUT",
-            "Report: .html, or .pdf if Chromium is installed. Default: LOG.report.html in the current folder.",
+            "Report: .html, or .pdf if Chromium is installed. Default: LOG.report.html, or LOG.cards.html, in the "
+            "current folder.",
         ),
     ] = None,
     critical: Annotated[
@@ -46,6 +48,16 @@ def report(
             "--figures", metavar="DIR", help="Also write the plots (PNG, SVG) and all lifts (CSV) to this folder."
         ),
     ] = None,
+    lift: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--lift",
+            metavar="ID",
+            autocompletion=complete.lifts,
+            help="A card of one page of this lift, instead of the report: number from 1, or the part's name, id or "
+            "GlobalId; `critical`: of all critical ones. May be given several times.",
+        ),
+    ] = None,
     proof: Annotated[
         bool, typer.Option("--proof/--no-proof", help="Prove the log again; otherwise the report says NOT PROVEN.")
     ] = True,
@@ -60,6 +72,7 @@ def report(
         critical_share=critical,
         pictures=pictures,
         figures=figures,
+        lifts=tuple(lift or ()),
         progress=output.progress,
     )
     return output.result(document, _show)
@@ -75,7 +88,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     fields(
         console,
         [
-            ("report", f"{document['out']} ({document['bytes'] / 1e6:.2f} MB)"),
+            ("cards" if document["cards"] else "report", f"{document['out']} ({document['bytes'] / 1e6:.2f} MB)"),
             ("lifts", f"{totals['planned']:,} of {totals['lifts']:,} planned, {totals['infeasible']:,} infeasible"),
             ("total", f"{totals['total_s'] / 3600:.2f} h"),
             ("proof", record["verdict"]["proof"]),

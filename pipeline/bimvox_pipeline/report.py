@@ -15,6 +15,9 @@ from bimvox_pipeline.browser import draw_with
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from bimvox.log.plan_log import PlanLog
     from bimvox.records.lift import Lift
     from bimvox.rendering.page.source import Revision
     from bimvox.rendering.report.page import Figure, Figures
@@ -25,6 +28,8 @@ PICTURES = 12
 
 _OVERVIEW_PX = (1200, 700)
 _BLOCKED_PX = (640, 420)
+_CRITICAL = "critical"
+"""Stands for all critical lifts."""
 _HTML, _PDF = frozenset((".html", ".htm")), ".pdf"
 
 
@@ -36,9 +41,10 @@ def report(
     critical_share: float | None = None,
     pictures: int = PICTURES,
     figures: Path | None = None,
+    lifts: Sequence[str] = (),
     progress: Progress,
 ) -> dict[str, Any]:
-    """Write the lift plan record of a log.
+    """Write the lift plan record of a log, or the cards of some of its lifts.
 
     Args:
         log: The log.
@@ -48,18 +54,22 @@ def report(
         critical_share: Share of the capacity from which a lift is critical; default: the site's rules.
         pictures: Maximum number of pictures of blockers; 0 leaves out all pictures.
         figures: Folder for the figures as PNG and SVG, and every lift as CSV; None for none.
+        lifts: Lift numbers from 1, component ids, GlobalIds or names, or ``critical``: a card of each of these, instead
+            of the record.
         progress: Receives the stages.
 
     Returns:
-        The document of ``bimvox report --json``: ``out, bytes, verified, figures, seconds`` and the whole ``record``.
+        The document of ``bimvox report --json``: ``out, bytes, verified, figures, cards`` (numbers of lifts),
+        ``seconds`` and the whole ``record``.
 
     Raises:
         InputError: If it is not a log, has no lifts, or there is no browser for a PDF.
         LogFileError: If it is damaged.
+        SelectionError: If there is no such lift.
     """
     from bimvox.rendering.report.record import record_of
 
-    target = out or default_output(log, ".report.html")
+    target = out or default_output(log, ".cards.html" if lifts else ".report.html")
     suffix = target.suffix.lower()
     if suffix not in _HTML and suffix != _PDF:
         raise InputError(f"{target}: a report is written as HTML or PDF", hint=f"-o {target.with_suffix('.html')}")
@@ -76,10 +86,11 @@ def report(
             f"a lift cannot be critical from {critical_share:g} of the capacity",
             hint="give a share from 0 to 1",
         )
-    revision = _revision(log, proven, progress)
+    read, revision = _revision(log, proven, progress)
     progress.stage("figures")
     record = record_of(revision, critical_share=critical_share)
-    page = _page(revision, record, pictures, progress)
+    cards = _chosen(read, record, lifts)
+    page = _cards(revision, record, cards) if lifts else _page(revision, record, pictures, progress)
     if browser is not None:
         progress.stage("print")
         page = _pdf_of(page, browser)
@@ -95,19 +106,40 @@ def report(
         "bytes": len(page),
         "verified": verified,
         "figures": written,
+        "cards": [order + 1 for order in cards],
         "record": record,
         "seconds": progress.seconds,
     }
 
 
-def _revision(log: Path, proven: bool, progress: Progress) -> Revision:
+def _revision(log: Path, proven: bool, progress: Progress) -> tuple[PlanLog, Revision]:
     from bimvox_pipeline.render.revisions import read_whole_plan, revisions_of
 
     read = read_whole_plan(log, progress)
     if not read.record.all_lifts:
         raise InputError(f"{log}: the log has no lifts", hint="bimvox plan SITE writes a log with lifts")
     (revision,) = revisions_of([read], proven, progress)
-    return revision
+    return read.record, revision
+
+
+def _chosen(log: PlanLog, record: dict[str, Any], names: Sequence[str]) -> tuple[int, ...]:
+    """Return the orders of the lifts whose cards are wanted; the crane lifts each of them."""
+    from bimvox.log.plan_log import chosen_lifts
+
+    own = [name for name in names if name != _CRITICAL]
+    orders = {*(record["critical"] if _CRITICAL in names else ()), *(chosen_lifts(log, own) if own else ())}
+    planned = {lift["order"] for lift in record["lifts"] if lift["governs"] is not None}
+    if names and not orders:
+        raise InputError("no lift is critical", hint="name lifts by their numbers, or lower --critical")
+    for order in sorted(orders - planned):
+        raise InputError(f"lift {order + 1} is not carried out by the crane: it has no card", hint="bimvox inspect LOG")
+    return tuple(sorted(orders))
+
+
+def _cards(revision: Revision, record: dict[str, Any], orders: Sequence[int]) -> bytes:
+    from bimvox.rendering.report.card import cards_page
+
+    return cards_page(revision, record, orders)
 
 
 def _page(revision: Revision, record: dict[str, Any], pictures: int, progress: Progress) -> bytes:

@@ -162,3 +162,19 @@ def test_the_record_and_the_console_have_the_remarks_next_to_the_proof(log, tmp_
     said = capsys.readouterr().out
     assert "NOT PROVEN: " in said
     assert in_words(found) in said
+
+
+def test_cards_of_lifts_are_written_instead_and_what_has_none_is_named(log, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert run(["report", str(log), "--no-proof", "--lift", "1", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["cards"] == [1]
+    page = (tmp_path / "boxes.cards.html").read_text(encoding="utf-8")
+    assert page.count('<section class="card"') == 1
+    assert run(["report", str(log), "--no-proof", "--critical", "0.0001", "--lift", "critical", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["cards"] == [order + 1 for order in sorted(document["record"]["critical"])]
+    for wanted, said in (("3", "it has no card"), ("critical", "no lift is critical"), ("nobody", "nobody")):
+        share = ["--critical", "1"] if wanted == "critical" else []
+        assert run(["report", str(log), "--no-proof", *share, "--lift", wanted]) == 2
+        assert said in capsys.readouterr().err

@@ -122,8 +122,8 @@ def _crane_from_the_side(sheet: Sheet, crane: dict[str, Any], axis: int) -> list
 
 # Drawings of the yard in the report: what lies where when a delivery is unloaded.
 
-_YARD_MOST_PX = (500.0, 420.0)
-"""Two drawings stand side by side on a landscape A4 page."""
+_YARD_MOST_PX = (340.0, 300.0)
+"""Six drawings, three side by side, fit a landscape A4 page."""
 _MOST = 24
 _STACK_M = 0.05  # between the centres of parts that lie on each other
 _THIN_PX = 12.0

@@ -8,12 +8,14 @@ from typing import Any
 
 from bimvox.records.proof import Severity
 from bimvox.rendering.report.html import number, row, table, tag, value
+from bimvox.rendering.report.risks import letter_of
 from bimvox.rendering.report.words import METHODS, fixed, named, span, tonnes
 from bimvox.rendering.words import PHASES, escape
 from bimvox.site.means import HOW
 from bimvox.units import clock
 
 _WORDS = {
+    "Category": "B basic, I intermediate, C complex, as proposed",
     "Load, radius, capacity, use": "those of the governing sample, the one of the whole lift at which load and rigging "
     "take the largest share of the capacity",
     "Wind": "highest gust at jib height in which the part may be lifted",
@@ -27,7 +29,7 @@ _HEADINGS = {
 
 
 def lift_table(lifts: Iterable[dict[str, Any]], remarks: Iterable[dict[str, Any]], *, proof_made: bool) -> str:
-    """Return the table of all lifts.
+    """Return the table of lifts.
 
     ``proof_made``: whether the log was proven for this report.
     """
@@ -130,7 +132,9 @@ def _path(lift: dict[str, Any]) -> str:
 
 
 _COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
-    "Lift": lambda lift: number(lift["order"], str(lift["number"]), "order"),
+    "Lift\ncategory": lambda lift: (
+        f"{number(lift['order'], str(lift['number']), 'order')}<br>{letter_of(lift['category'])}"
+    ),
     "Part\nGlobalId": _part,
     "Pick point, hook\nx, y, z m; radius, slew": lambda lift: _hook(lift["pick"], "pick"),
     "Set point, hook\nx, y, z m; radius, slew": lambda lift: _hook(lift["set"], "set"),

@@ -19,6 +19,7 @@ from bimvox.rendering.report.drawings import drawings, yard_drawings
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag
 from bimvox.rendering.report.machine import machine
 from bimvox.rendering.report.rigging import rigging
+from bimvox.rendering.report.risks import risks
 from bimvox.rendering.report.sheet import shortened
 from bimvox.rendering.report.statement import statement, title_block
 from bimvox.rendering.report.support import support, survey
@@ -77,7 +78,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
         [
             sections.heading(record),
             title_block(record),
-            figures.overview.html() if figures.overview else "",
+            tag("div", figures.overview.html(), "overview") if figures.overview else "",
             _remarks(record),
             sections.infeasible(record, [(figure.orders, figure.html()) for figure in figures.blocked]),
             sections.not_lifted(record),
@@ -89,6 +90,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             survey(record),
             rigging(record),
             statement(record),
+            risks(record),
             sections.not_covered(record),
             support(record),
             section("Figures", tag("div", plots, "plots")) if plots else "",
@@ -101,12 +103,30 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             sections.notes(record),
         ]
     )
-    return printable(f"{record['site']['name']}: lift plan record", body, record)
+    return printable(f"{record['site']['name']}: lift plan record", body, record, footer_of(record))
 
 
-def printable(title: str, body: str, record: dict[str, Any]) -> bytes:
-    """Return a page in the look of the report around a body that is already escaped; it contains the record as JSON."""
+def footer_of(record: dict[str, Any]) -> str:
+    """Return what stands at the foot of every printed page: project, number, revision, plan."""
+    project = record["project"]
+    name = project["name"] or record["site"]["name"]
+    revision = f"revision {project['issue']}" if project["issue"] else ""
+    plan = f"plan {record['log']['sha256'][:16]}"
+    return " · ".join(filter(None, (name, project["number"], revision, plan)))
+
+
+def printable(title: str, body: str, record: dict[str, Any], footer: str = "") -> bytes:
+    """Return a page in the look of the report around a body that is already escaped; it contains the record as JSON.
+
+    ``footer``: plain text at the foot of every printed page.
+    """
     style = (files(__package__) / "report.css").read_text(encoding="utf-8")
+    if footer:
+        # Of a string in a style sheet, only letters, digits and spaces stay as they are: a file chooses the words.
+        words = "".join(
+            one if one.isascii() and (one.isalnum() or one == " ") else f"\\{ord(one):06x} " for one in footer
+        )
+        style += f'@page {{ @bottom-left {{ content: "{words}"; font: 8pt sans-serif; color: #5d5d66; }} }}\n'
     policy = f"default-src 'none'; style-src '{source_hash(style)}'; img-src data:; base-uri 'none'; form-action 'none'"
     # The data must not contain "<", because "</script" would end them.
     data = json.dumps(record, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")

@@ -43,9 +43,11 @@ _MOST_PX = (1030.0, 640.0)
 """What fits a landscape A4 page."""
 
 
-def plan_view(drawing: dict[str, Any], *, detail: bool = False) -> tuple[str, int]:
+def plan_view(
+    drawing: dict[str, Any], *, detail: bool = False, most_px: tuple[float, float] = _MOST_PX
+) -> tuple[str, int]:
     """Return the plan and its scale: with the sweep of the jib and the reach of falling loads, or of the site."""
-    sheet, parts = plan_parts(drawing, detail=detail)
+    sheet, parts = plan_parts(drawing, detail=detail, most_px=most_px)
     return drawn(sheet, title_of(detail=detail), parts), sheet.scale
 
 
@@ -59,13 +61,19 @@ def shows_all(drawing: dict[str, Any]) -> bool:
     return _sheet_of(drawing, detail=False).scale == _sheet_of(drawing, detail=True).scale
 
 
-def plan_parts(drawing: dict[str, Any], *, detail: bool = False, named: bool = False) -> tuple[Sheet, list[str]]:
+def plan_parts(
+    drawing: dict[str, Any],
+    *,
+    detail: bool = False,
+    named: bool = False,
+    most_px: tuple[float, float] = _MOST_PX,
+) -> tuple[Sheet, list[str]]:
     """Return the sheet of the plan and what is drawn on it.
 
     ``detail``: building and yard only, without the whole sweep of the jib; ``named``: with dimensions and names,
     also if it is not a detail.
     """
-    sheet = _sheet_of(drawing, detail=detail)
+    sheet = _sheet_of(drawing, detail=detail, most_px=most_px)
     # At the scale of the whole sweep, names would cover each other.
     whole = detail or named or not drawing["cranes"]
     parts = [circle(sheet, crane["base_m"], crane["jib_m"][0], "area oversail") for crane in drawing["cranes"]]
@@ -121,14 +129,14 @@ def heavy_words(one: dict[str, Any]) -> str:
     return f"{shortened(one['name'], 80)}, {tonnes(one['mass_kg'])} t"
 
 
-def _sheet_of(drawing: dict[str, Any], *, detail: bool) -> Sheet:
+def _sheet_of(drawing: dict[str, Any], *, detail: bool, most_px: tuple[float, float] = _MOST_PX) -> Sheet:
     (x0, y0, _), (x1, y1, _) = drawing["extent_m"]
     for crane in () if detail else drawing["cranes"]:
         (x, y, _), reach = crane["base_m"], crane["jib_m"][0]
         x0, y0, x1, y1 = min(x0, x - reach), min(y0, y - reach), max(x1, x + reach), max(y1, y + reach)
     for x, y in () if detail else (at for ring in drawing["falling_loads"] for at in ring):
         x0, y0, x1, y1 = min(x0, x), min(y0, y), max(x1, x), max(y1, y)
-    sheet = sheet_for((x0, y0), (x1, y1), _MOST_PX)
+    sheet = sheet_for((x0, y0), (x1, y1), most_px)
     more_m = max(0.0, _LEAST_PX - sheet.size_px[0]) / sheet.px_per_m / 2.0
     return replace(sheet, low_m=(x0 - more_m, y0), high_m=(x1 + more_m, y1))
 

@@ -23,6 +23,7 @@ from bimvox.rendering.page.lifts import is_critical, lift_record, proof_record
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.distances import distances_of
 from bimvox.rendering.report.rigging import gear_list, rigs_of
+from bimvox.rendering.report.risks import with_categories
 from bimvox.rendering.report.site_plan import drawing_of
 from bimvox.rendering.report.support import out_of_service, supports_of, survey_of
 from bimvox.site.catalogue import machine_called
@@ -70,6 +71,8 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
     project = (revision.config and revision.config.project) or ProjectConfig()
     lowest = least_height_m(Subject(revision.plan, tuple(revision.motions), tuple(revision.context)))
     critical = sorted((lift for lift in lifts if lift["critical"]), key=_most_used)
+    method, blind, remarks = method_of(revision), blind_lifts(revision), [one.to_dict() for one in revision.remarks]
+    lifts = with_categories(lifts, remarks, blind, method)
     return {
         "format": FORMAT,
         "log": {
@@ -85,8 +88,8 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         **({"other_cranes": [_crane(revision, n) for n in others]} if (others := range(1, len(site.cranes))) else {}),
         "drawing": drawing,
         "distances": distances_of(revision),
-        "method": method_of(revision),
-        "blind": blind_lifts(revision),
+        "method": method,
+        "blind": blind,
         "support": supports_of(revision),
         "out_of_service": out_of_service(revision),
         "survey": survey_of(revision, drawing["areas"]),
@@ -106,7 +109,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "conditions": list(revision.conditions),
         "not_covered": [line.to_dict() for line in revision.not_covered],
         "proof": proof_record(revision),
-        "remarks": [remark.to_dict() for remark in revision.remarks],
+        "remarks": remarks,
         "inputs": _inputs_of(revision),
         "clashes": [_values(clash, "first", "second", "depth_m", "at_least") for clash in revision.plan.clashes],
         "notes": [

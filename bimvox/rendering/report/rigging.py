@@ -101,7 +101,7 @@ def rigging(record: dict[str, Any]) -> str:
         paragraph(about),
         paragraph(said, "reserved") if said else "",
         tag("div", table(columns, map(_row, rigs), class_="words", id_="rigs"), "wide"),
-        tag("div", "".join(map(_figure, rigs)), "pictures rigs"),
+        tag("div", "".join(map(rig_figure, rigs)), "pictures rigs"),
         "<h3>Gear for the site</h3>",
         paragraph(
             "Of each piece the most that one lift of a crane needs. Check the certificates on the site.", "faint"
@@ -141,7 +141,8 @@ def _numbers(numbers: Sequence[int]) -> str:
     return f"{len(numbers)}: {listed(ranges(sorted(numbers)), _LISTED)}"
 
 
-def _figure(one: dict[str, Any]) -> str:
+def rig_figure(one: dict[str, Any]) -> str:
+    """Return the drawing of a rig with its name."""
     words = f"Rig {one['name']}: {one['rig']['parts'][0]['what']}"
     return tag("figure", _drawing(one, words) + tag("figcaption", escape(words)))
 

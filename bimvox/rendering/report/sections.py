@@ -9,7 +9,8 @@ from bimvox.errors import listed
 from bimvox.rendering.report.gantt import crane_chart, gantt_chart
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms, value
 from bimvox.rendering.report.lifts import critical_first, lift_table, words_of_lifts
-from bimvox.rendering.report.words import CHECKS, METHODS, fixed, named, names_of, percent, span, tonnes
+from bimvox.rendering.report.risks import in_short
+from bimvox.rendering.report.words import CHECKS, METHODS, fixed, named, names_of, percent, ranges, span, tonnes
 from bimvox.rendering.words import counted, escape
 from bimvox.site.means import HOW
 from bimvox.site.site import with_names
@@ -56,7 +57,10 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
             "Mass set",
             f"{number(totals['mass_kg'], tonnes(totals['mass_kg']), 'total_mass_kg')} t, heaviest part {heaviest} t",
         ),
+        ("Crane needed", _needed(totals) if record["crane"] else ""),
         ("Critical lifts", critical_words if record["crane"] else ""),
+        ("Lift category", in_short(record) if record["crane"] else ""),
+        ("To tick", f"{len(record['not_covered']):,} lines that this plan does not cover"),
         (
             "Highest use",
             number(highest, f"{percent(highest, 1)} of the capacity", "highest_utilisation") if highest else "",
@@ -64,6 +68,14 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
         ("Paths found", ", ".join(_method(method) for method in record["methods"])),
         ("Length of paths", f"{number(ratio, fixed(ratio, 3), 'moves_ratio')} of the shortest" if ratio else ""),
     ]
+
+
+def _needed(totals: dict[str, Any]) -> str:
+    """Return how long the crane is needed: its hire, without erecting and dismantling; empty without dates."""
+    if (dates := totals["calendar"]) is None:
+        return ""
+    days = number(dates["working_days"], counted(dates["working_days"], "working day"), "working_days")
+    return f"{days}; erecting and dismantling come on top"
 
 
 def _elapsed(totals: dict[str, Any]) -> str:
@@ -143,6 +155,7 @@ def not_lifted(record: dict[str, Any]) -> str:
                 escape(group["storey"] or "–"),
                 escape(group["kind"]),
                 str(group["parts"]),
+                listed(ranges(group["numbers"]), _LISTED),
                 tonnes(group["mass_kg"]),
                 escape(group["reason"] or ""),
                 "–" if group["needed_by_s"] is None else clock(group["needed_by_s"]),
@@ -159,7 +172,7 @@ def not_lifted(record: dict[str, Any]) -> str:
         "Carries\nelapsed",
         "Material lift\nwithout a path",
     )
-    head = ("Means", "Storey", "Kind", "Parts", "Mass, t", "Why", *times)
+    head = ("Means", "Storey", "Kind", "Parts", "Numbers", "Mass, t", "Why", *times)
     parts = sum(group["parts"] for group in groups)
     table_ = table(head, rows, class_="words", id_="not-lifted")
     zero = "Times count from 0:00:00, when the crane starts work; a minus stands for work before that."
@@ -193,10 +206,11 @@ def critical(record: dict[str, Any]) -> str:
 
 
 def lifts(record: dict[str, Any]) -> str:
-    """Return the table of all lifts, critical ones first."""
-    shown = critical_first(record["lifts"], record["critical"])
+    """Return the table of the lifts, critical ones first; work that the crane does not do has a table of its own."""
+    every = critical_first(record["lifts"], record["critical"])
+    shown = [lift for lift in every if lift["status"] not in HOW]
     return section(
-        "Lifts: critical ones, then in order",
+        f"Lifts: {len(shown):,}, critical ones, then in order",
         lift_table(shown, record["remarks"], proof_made=record["proof"] is not None),
         paragraph(words_of_lifts(shown), "faint"),
         class_="wide",
@@ -377,10 +391,12 @@ def inputs(record: dict[str, Any]) -> str:
 
 
 def notes(record: dict[str, Any]) -> str:
-    """Return notes, and pairs of parts that overlap in the model."""
+    """Return notes that are not among the remarks, and pairs of parts that overlap in the model."""
     html, names = "", names_of(record)
-    if record["notes"]:
-        items = "".join(tag("li", escape(with_names(note, names))) for note in record["notes"])
+    said = {remark["text"] for remark in record["remarks"]}
+    left = [words for note in record["notes"] if not {note, words := with_names(note, names)} & said]
+    if left:
+        items = "".join(tag("li", escape(words)) for words in dict.fromkeys(left))
         html += section("Notes", tag("ul", items))
     if record["clashes"]:
         rows = [

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms, value
+from bimvox.rendering.report.risks import categories
 from bimvox.rendering.report.support import in_words
 from bimvox.rendering.report.words import fixed, named, percent, span, tonnes
 from bimvox.rendering.words import counted, escape
@@ -91,6 +92,7 @@ def _limits(record: dict[str, Any]) -> list[tuple[str, str]]:
     share = percent(record["critical_share"], 0)
     critical = _numbers([one for one in planned if one["critical"]])
     return [
+        ("Lift category", categories(record)),
         ("Upending", _upending(record)),
         ("Wind", _wind(record, planned)),
         ("Blind lifts", _blind(record)),

@@ -126,6 +126,7 @@ def test_an_infeasible_part_says_why_and_what_blocks_it():
 def test_work_before_the_first_lift_says_what_zero_is():
     times = {"needed_by_s": 60.0, "begins_s": -7200.0, "ends_s": -3600.0, "carries_s": 0.0, "material_lift_s": None}
     group = {"means": "in_situ", "storey": "0", "kind": "Footing", "parts": 2, "mass_kg": 900.0, "reason": "so"}
+    group["numbers"] = [1, 2]
     html = not_lifted({"not_lifted": [group | times]})
     assert "-2:00:00" in html
     assert "0:00:00, when the crane starts work; a minus stands for work before that" in html

@@ -31,7 +31,7 @@ def test_each_delivery_has_its_parts_by_number_and_the_frames_of_its_racks():
 
 
 def test_numbers_stand_along_the_longer_side_at_the_middle_of_their_part():
-    shown = drawn([box(7, 1, 2.0, 2.0, wide=1.0, deep=6.0)])
+    shown = drawn([box(7, 1, 2.0, 2.0, wide=2.0, deep=6.0)])
     x, y = (float(v) for v in re.search(r'<text x="([0-9.]+)" y="([0-9.]+)"[^>]*rotate', shown).groups())
     corners = re.search(r'd="M([0-9. L]+)Z" class="area stored"', shown)[1]
     points = [tuple(map(float, pair.split())) for pair in corners.split("L")]

@@ -1,0 +1,180 @@
+"""The card of a single lift: one page for those who carry it out, to be ticked and signed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import degrees
+from typing import Any
+
+from bimvox.bim.own_box import sizes_m
+from bimvox.rendering.page.source import Revision
+from bimvox.rendering.report.html import number, paragraph, row, table, tag, terms, value
+from bimvox.rendering.report.page import footer_of, printable
+from bimvox.rendering.report.plan_view import FIRST, plan_view
+from bimvox.rendering.report.rigging import rig_figure, rigs_of
+from bimvox.rendering.report.site_drawing import storeys_of
+from bimvox.rendering.report.site_plan import below_load, fall_zone
+from bimvox.rendering.report.words import fixed, named, span, tonnes
+from bimvox.rendering.words import PHASES, escape
+from bimvox.site.areas import PLAN, hull, outline, rounded
+from bimvox.site.component import Component
+from bimvox.site.work import Work, work_of
+from bimvox.units import clock
+
+_PLAN_PX = (500.0, 410.0)
+"""Half the width of a landscape A4 page, and what its height leaves above the rig."""
+_LYING = {"lying_x": "lying along x", "lying_y": "lying along y", "as_built": "as in the building"}
+_SIGNED = ("lifting_supervisor", "crane_operator", "slinger")
+_ROLES = {
+    "lifting_supervisor": "Lifting supervisor",
+    "crane_operator": "Crane operator",
+    "slinger": "Slinger, signaller",
+}
+_STANDING = (Work.COLUMN, Work.WALL)
+
+
+def cards_page(revision: Revision, record: dict[str, Any], orders: Sequence[int]) -> bytes:
+    """Return a page with the cards of lifts that the crane carries out, UTF-8, each on one printed page."""
+    by_order = {lift["order"]: lift for lift in record["lifts"]}
+    body = "".join(_card(revision, record, by_order[order]) for order in orders)
+    return printable(f"{record['site']['name']}: cards of lifts", body, record, footer_of(record))
+
+
+def _card(revision: Revision, record: dict[str, Any], lift: dict[str, Any]) -> str:
+    part = revision.plan.site.components[lift["part"]]
+    drawing = _drawing(revision, record["drawing"], lift, part)
+    svg, scale = plan_view(drawing, detail=True, most_px=_PLAN_PX)
+    words = f"Plan before this lift, 1 : {number(scale, str(scale), 'scale')}; below the load nobody stands"
+    rigs = [one | {"name": lift["rig"]} for one in rigs_of([lift])]  # as it is called in the report
+    chip = tag("p", f"{lift['category']} lift", "chip plain")
+    verdict = tag("p", escape(record["verdict"]["proof"]), f"chip {record['verdict']['proof_light']}")
+    return tag(
+        "section",
+        tag("header", f"<h1>Lift {lift['number']}: {escape(named(lift))}</h1>" + tag("div", chip + verdict, "verdict"))
+        + tag(
+            "div",
+            tag("div", tag("figure", svg + tag("figcaption", words), "sheet drawing") + "".join(map(rig_figure, rigs)))
+            + tag("div", terms(_terms(record, lift, part)) + _remarks(record, lift) + _ticks(record, lift, part))
+            + tag("div", _signatures(record), "across"),
+            "halves",
+        ),
+        "card",
+        data_order=str(lift["order"]),
+    )
+
+
+def _drawing(revision: Revision, drawing: dict[str, Any], lift: dict[str, Any], part: Component) -> dict[str, Any]:
+    """Return the drawing of the site when a lift begins: what is set, the part, and where it hangs."""
+    site = revision.plan.site
+    track = next(track for track in revision.tracks if track.lift.order == lift["order"])
+    there = [site.components[one.component] for one in revision.lifts if one.is_set and one.order < lift["order"]]
+    own = {"number": lift["number"], "name": named(lift), "mass_kg": lift["mass_kg"]}
+    return drawing | {
+        "storeys": storeys_of(there, (PLAN,)),
+        "stored": [one | {"delivery": FIRST} for one in drawing["stored"] if one["number"] == lift["number"]],
+        "frames": [],
+        "below_loads": outline(below_load(site, track)),
+        "falling_loads": outline(fall_zone(site, track)),
+        "heavy": [own | {"plan": outline(hull(part.mesh, PLAN)), "at_m": rounded(part.mesh.bounds_m.mean(axis=0)[:2])}],
+        "cranes": [drawing["cranes"][part.crane]],
+        "distances_m": [],
+    }
+
+
+def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> list[tuple[str, str]]:
+    governs, lifting = lift["governs"], lift["lifting"]
+    machine = [record["crane"], *record.get("other_cranes", [])][part.crane]
+    size = " x ".join(f"{side:.2f}" for side in sorted(sizes_m(part.mesh), reverse=True))
+    used = number(governs["utilisation"], f"{100.0 * (governs['utilisation'] or 0.0):.1f} %", "utilisation")
+    wind = number(lifting["permitted_wind_m_s"], f"{lifting['permitted_wind_m_s']:.1f} m/s", "permitted_wind_m_s")
+    rules = record["site"]["rules"]
+    kept = lift["clearance_m"] if lift["clearance_m"] is not None else rules["transit_clearance_m"]
+    blind: list[str] = next((one["hidden"] for one in record["blind"] if one["order"] == lift["order"]), [])
+    place = _LYING.get(lift["stored"], "")
+    place += f", delivery {lift['delivery'] + 1}" if lift["delivery"] is not None else ""
+    place += "".join(f", {what} {lift[what]}" for what in ("stack", "rack") if lift[what])
+    begins = escape(lift["begins_at"]) if lift["begins_at"] else f"at {clock(lift['begins_s'])} crane time"
+    return [
+        (
+            "Part",
+            f"{escape(part.ifc_class)}, {escape(part.storey or 'no storey')}, {tag('code', escape(lift['global_id']))}",
+        ),
+        ("Size", f"{size} m"),
+        (
+            "Mass",
+            f"{value(lift, 'mass_kg', tonnes)} t ({escape(_SOURCES.get(lift['mass_source'], 'of unknown origin'))})",
+        ),
+        (
+            "Category",
+            escape(f"{lift['category']}" + (f": {', '.join(lift['category_why'])}" if lift["category_why"] else "")),
+        ),
+        ("Crane", f"{escape(machine['name'])}, jib {machine['jib_length_m']:.4g} m, {machine['falls']} falls"),
+        ("On the hook", f"{value(governs, 'load_kg', tonnes)} t with rigging and hook block"),
+        (
+            "Radius",
+            f"{value(governs, 'radius_m', 2)} m governs, capacity {value(governs, 'capacity_kg', tonnes)} t",
+        ),
+        ("Use", used),
+        ("Rigging", _gear(lifting, machine)),
+        ("Stored", f"{place}; hook at {_point(lift['pick'])}"),
+        ("Set", f"hook at {_point(lift['set'])}"),
+        ("Wind", f"up to {wind} (gust)" + (f"; heading {escape(lift['heading'])}" if lift["heading"] else "")),
+        ("Clearance", f"{kept:g} m in transit"),
+        ("Sight", f"hidden at {' and '.join(blind)}: signaller with radio" if blind else "seen at pick and set"),
+        ("Begins", f"{begins}; takes {span(lift['ends_s'] - lift['begins_s'])}"),
+        ("Steps", "; ".join(f"{PHASES.get(name, name)} {span(end - start)}" for name, start, end in lift["phases"])),
+    ]
+
+
+def _gear(lifting: dict[str, Any], machine: dict[str, Any]) -> str:
+    """Return what the part hangs on, from the hook down."""
+    rig = lifting["rig"]
+    if rig is None:
+        return f"{tonnes(machine['rigging_mass_kg'])} t, hook {machine['sling_m']:g} m above the top"
+    pieces = "; ".join(f"{one['count']} × {one['what']}" for one in rig["parts"])
+    pull = tonnes(rig["parts"][-1]["load_kg"])
+    return escape(f"{pieces}; hook {rig['hook_above_top_m']:.2f} m above the top, {pull} t at a lifting point")
+
+
+_SOURCES = {
+    "quantity": "stated in the model",
+    "density": "volume and material of the model",
+    "default": "volume and an assumed density",
+}
+
+
+def _point(at: dict[str, Any]) -> str:
+    x, y, z = (fixed(one, 2) for one in at["hook_m"])
+    return f"x {x}, y {y}, z {z} m, radius {at['radius_m']:.2f} m, slew {degrees(at['slew_rad']) % 360.0:.1f}°"
+
+
+def _remarks(record: dict[str, Any], lift: dict[str, Any]) -> str:
+    own = [one for one in record["remarks"] if one["component"] == lift["id"]]
+    items = "".join(tag("li", f"<b>{escape(one['severity'])}</b>: {escape(one['text'])}") for one in own)
+    return paragraph("Remarks about this part:") + tag("ul", items) if own else ""
+
+
+def _ticks(record: dict[str, Any], lift: dict[str, Any], part: Component) -> str:
+    """Return what is ticked just before this lift."""
+    lifting = lift["lifting"]
+    lines = [
+        f"Mass of {tonnes(lift['mass_kg'])} t confirmed by delivery note or weighing",
+        "Gear as drawn, inspected; anchors and concrete strength released by the designer",
+        f"Wind at the jib below {lifting['permitted_wind_m_s']:.1f} m/s, and not rising",
+        "Place ready: levels, bearings, packs, access for those who fix it",
+    ]
+    lines += ["Foot bedded and held for upending; nobody where the part may fall"] * (
+        lift["stored"] not in (None, "as_built")
+    )
+    lines += ["Braces and fixings at hand; slings come off only when they hold"] * (work_of(part) in _STANDING)
+    lines += ["Signaller in place, radio tested: the operator does not see the load"] * any(
+        one["order"] == lift["order"] for one in record["blind"]
+    )
+    lines += ["Exclusion zone closed, nobody below the load", "Held just above the ground: hangs level, brakes hold"]
+    items = "".join(tag("li", f"☐ {escape(line)}") for line in lines)
+    return tag("ul", items, "ticklist")
+
+
+def _signatures(record: dict[str, Any]) -> str:
+    people = [row([_ROLES[key], escape(record["project"][key] or ""), "", ""]) for key in _SIGNED]
+    return table(("Role", "Name", "Signature", "Date, time"), people, class_="words signed")
