@@ -18,7 +18,7 @@ from benchmarks.document import MEASURED, put_into
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.proof.crane.pendulum import hanging_m, swung_parts
+from bimvox.proof.crane.pendulum import hung_on, swung_parts
 from bimvox.proof.motion import verify_motions
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion
@@ -40,13 +40,13 @@ def swings_m(site: Site, motions: Sequence[LiftMotion]) -> tuple[float, float]:
     assert site.cranes
     peak, left = 0.0, 0.0
     for motion in motions:
-        below_m = hanging_m(
+        hung = hung_on(
             replace(site, rules=replace(site.rules, swing=SwingRule.SHAPED)),
             site.cranes[motion.crane],
             site.components[motion.component],
         )
-        assert below_m is not None
-        for swung in swung_parts(site.cranes[motion.crane], motion, motion.loaded, below_m):
+        assert hung is not None
+        for swung in swung_parts(site.cranes[motion.crane], motion, motion.loaded, hung):
             peak = max(peak, float(np.hypot(*swung.offset_m.T).max()))
         left = max(left, float(swung.amplitude_m[-1]))
     return peak, left

@@ -30,13 +30,21 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import MotionError
 from bimvox.kept import kept
 from bimvox.motion.swept import HookEnd, in_cell
-from bimvox.motion.swing import GRAVITY_M_S2, STEP_S, Pendulum, pendulum_lengths_m, swing_of
+from bimvox.motion.swing import (
+    GRAVITY_M_S2,
+    STEP_S,
+    Pendulum,
+    pendulum_lengths_m,
+    pendulum_of,
+    pendulum_on,
+    swing_of,
+)
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, PhaseName, Trajectory
 from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
-from bimvox.site.site import Site, SwingRule
+from bimvox.site.site import Site
 from bimvox.stop.brake_axes import braking_distances
 from bimvox.units import NS_PER_S
 
@@ -251,7 +259,7 @@ def carrying_track(
 
 def _empty(site: Site, crane: TowerCrane) -> _Hung:
     sling_m = crane_for(site, crane, None).sling_m
-    return _Hung(EMPTY_HALF_M, sling_m, _pendulum(site, sling_m))
+    return _Hung(EMPTY_HALF_M, sling_m, pendulum_of(site, crane, None))
 
 
 def _hanging(site: Site, rigged: TowerCrane, component: Component) -> _Hung:
@@ -260,7 +268,7 @@ def _hanging(site: Site, rigged: TowerCrane, component: Component) -> _Hung:
     width = np.array(component.shape.size_vox[:2])
     half_m = size_m * float(np.hypot(*np.maximum(at, width - at)))
     height_m = size_m * component.shape.size_vox[2]
-    return _Hung(half_m, rigged.sling_m + height_m, _pendulum(site, rigged.sling_m + height_m / 2.0))
+    return _Hung(half_m, rigged.sling_m + height_m, pendulum_on(site, rigged, component))
 
 
 def _raised(site: Site, rigged: TowerCrane, component: Component, lift: Lift) -> _Hung:
@@ -270,10 +278,6 @@ def _raised(site: Site, rigged: TowerCrane, component: Component, lift: Lift) ->
         return upright
     stored_m = site.frame.voxel_size_m * float(np.hypot(*lift.place.shape.size_vox[:2]))
     return upright._replace(half_m=max(upright.half_m, stored_m))
-
-
-def _pendulum(site: Site, below_hook_m: float) -> Pendulum | None:
-    return None if site.rules.swing is SwingRule.OFF else Pendulum(below_hook_m)
 
 
 def _between(

@@ -150,7 +150,9 @@ def _ruckig(scaled: AxisLimits, limits: AxisLimits) -> Any:
 # Zero-vibration shaping (Singer & Seering, "Preshaping Command Inputs to Reduce System Vibration", J. Dyn. Sys., Meas.,
 # Control 112, 1990): a command in two halves, half a period apart, leaves no swing; in three parts (1/4, 1/2, 1/4)
 # little even if the period differs from the assumed one. The share driven of a move's line is shaped, so the hook keeps
-# to the line that was found free, and no limit is exceeded because the result is a mean of the profile.
+# to the line that was found free, and no limit is exceeded because the result is a mean of the profile. A load below a
+# hook block swings with two periods: the parts are set apart for the slow swing, ramps of the acceleration take out the
+# fast one.
 
 TWO = (0.5, 0.5)
 THREE = (0.25, 0.5, 0.25)
@@ -201,28 +203,40 @@ class Calm:
 
     Attributes:
         parts: Sizes of the parts in which it is driven.
-        stretch: Time between the parts, in half periods at the move's height.
+        stretch: Time between the parts, in half periods of the load's slow swing at the move's height.
         pace: Share of the axes' rates at which it is driven; accelerations scale with its square. Along a line that is
             straight in the site only these and the jerks are scaled.
+        smooth: Whether its accelerations grow and fade in a period of the load's fast swing each.
     """
 
     parts: tuple[float, ...] = TWO
     stretch: float = 1.0
     pace: float = 1.0
+    smooth: bool = False
+
+
+def smoothed(limits: AxisLimits, ramp_s: float) -> AxisLimits:
+    """Return limits on the share driven under which its acceleration grows and fades in ramps of exactly this time.
+
+    A load swings by the mean of the acceleration over a ramp: of a swing whose period is the ramp's, nothing is left.
+    """
+    most = min(limits.acceleration, limits.jerk * ramp_s, limits.rate / ramp_s, 0.5 / ramp_s**2)
+    return AxisLimits(limits.rate, most, most / ramp_s)
 
 
 _SHAPED = (
     Calm(),
-    Calm(TWO, 1.1),
-    Calm(TWO, 1.2),
-    Calm(THREE, 1.05),
-    Calm(THREE, 0.95),
-    Calm(THREE, 1.15),
+    Calm(smooth=True),
+    Calm(TWO, 1.1, smooth=True),
+    Calm(TWO, 1.2, smooth=True),
+    Calm(THREE, 1.05, smooth=True),
+    Calm(THREE, 0.95, smooth=True),
+    Calm(THREE, 1.15, smooth=True),
 )
 FIRST_SLOW = len(_SHAPED)
 """From here on each rung of the ladder is the rung before it, driven slower."""
 _PACES = (0.95, 0.9, 0.8, 0.72, 0.65, 0.57, 0.5, 0.42, 0.35, 0.3, 0.25, 0.21, 0.18, 0.15, 0.12)
-LADDER = (*_SHAPED, *(Calm(THREE, 1.05, pace) for pace in _PACES))
+LADDER = (*_SHAPED, *(Calm(THREE, 1.05, pace, smooth=True) for pace in _PACES))
 """Shapings of a move, tried in this order until the load hangs at rest where it must. Slewing differs from what shaping
 assumes (the jib turns under the swinging load and pulls it inward), and hoisting changes the period."""
 

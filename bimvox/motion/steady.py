@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,16 @@ from bimvox.errors import PlanningError
 from bimvox.motion.move import Move
 from bimvox.motion.profile import FIRST_SLOW, LADDER, TWO, Calm
 from bimvox.motion.swept import LoadFrame, swaying_is_free
-from bimvox.motion.swing import PLANNED_RESIDUAL_M, STEP_S, Pendulum, Swing, hanging_on, left_m, swing_of
+from bimvox.motion.swing import (
+    PLANNED_OFF_RESIDUAL_M,
+    PLANNED_RESIDUAL_M,
+    STEP_S,
+    Pendulum,
+    Swing,
+    hanging_on,
+    left_m,
+    swing_of,
+)
 from bimvox.motion.timeline import Pacer, Timeline, overlapping_as
 from bimvox.site.collision import CollisionSpace
 
@@ -40,34 +49,40 @@ STRETCH = (0.6, 1.5)
 """Time between the parts of a move, in half periods."""
 
 Residual = Callable[[tuple[Calm, ...]], NDArray[np.float64]]
-"""From the shaping of each move to the swing that is left: (4,) float64, m."""
+"""From the shaping of each move to the swing that is left: (N,) float64, m."""
+
+_PLAIN = Calm()
 
 
-def cancelled(swings: Sequence[bool], residual_m: Residual) -> tuple[Calm, ...] | None:
+def cancelled(
+    swings: Sequence[bool], residual_m: Residual, plain: Calm = _PLAIN, at_rest_m: float = _AT_REST_M
+) -> tuple[Calm, ...] | None:
     """Return how to shape moves so that their load hangs at rest in the end.
 
     Args:
         swings: For every move, whether it makes the load swing.
         residual_m: The swing that a shaping leaves.
+        plain: The shaping to begin with, in two parts.
+        at_rest_m: What may be left.
 
     Returns:
-        One shaping per move; None if none was found that leaves the load at rest, or if plain shaping already does.
+        One shaping per move; None if none was found that leaves the load at rest, or if the plainest already does.
     """
     adjusted = [n for n, swings_load in enumerate(swings) if swings_load][-_MOVES:]
     if not adjusted:
         return None
 
     def calms(parameters: NDArray[np.float64]) -> tuple[Calm, ...]:
-        given = [Calm()] * len(swings)
+        given = [plain] * len(swings)
         for n, (share, stretch) in zip(adjusted, parameters.reshape(-1, 2).tolist(), strict=True):
-            given[n] = Calm((share, round(1.0 - share, _DIGITS)), stretch)
+            given[n] = replace(plain, parts=(share, round(1.0 - share, _DIGITS)), stretch=stretch)
         return tuple(given)
 
     low, high = (np.tile([_SHARE[side], STRETCH[side]], len(adjusted)) for side in (0, 1))
     parameters = np.tile([0.5, 1.0], len(adjusted))
     left_m = residual_m(calms(parameters))
     if np.linalg.norm(left_m) <= _ENOUGH_M:
-        return None
+        return None if plain == _PLAIN else calms(parameters)
     for _ in range(_ROUNDS):
         steps = _STEP * np.eye(len(parameters))
         slopes = np.array([residual_m(calms(parameters + step)) - left_m for step in steps]).T / _STEP
@@ -81,11 +96,18 @@ def cancelled(swings: Sequence[bool], residual_m: Residual) -> tuple[Calm, ...] 
         parameters, left_m = tried, tried_m
         if np.linalg.norm(left_m) <= _ENOUGH_M:
             break
-    return calms(parameters) if np.linalg.norm(left_m) <= _AT_REST_M else None
+    return calms(parameters) if np.linalg.norm(left_m) <= at_rest_m else None
 
 
 _FITS = 3
 """How often moves are shaped together before they are slowed: rounding the corners again changes the swing."""
+_SMOOTH = Calm(smooth=True)
+_FIT_OFF = (2, 7)
+"""Which pendulums that are off are shaped for as well: rope and slings both shorter, both longer."""
+_OFF_WEIGHT = 0.35
+"""The swing of one that is off counts by this share."""
+_OFF_AT_REST_M = 0.05
+"""With them more may be left: whether each swings too far is seen afterwards."""
 _SHORTEST = Calm(TWO, STRETCH[0])
 """The quickest shaping of a move."""
 _LEFT_SHARE = 0.6
@@ -102,11 +124,22 @@ class Swaying:
         time_s: (N,) float64.
         axes: (N, 3) float64 slew (rad), radius (m), height (m).
         swing: At these times.
+        pendulum: What hangs on the hook.
     """
 
     time_s: NDArray[np.float64]
     axes: NDArray[np.float64]
     swing: Swing
+    pendulum: Pendulum
+
+    def off(self, crane: TowerCrane) -> Swaying:
+        """Return how the load swings if it and its rope are not what is planned: so that most is left in the end."""
+        step_s = float(self.time_s[-1] - self.time_s[0]) / (len(self.time_s) - 1)
+        ways = [
+            replace(self, swing=swing_of(crane, self.axes, step_s, other), pendulum=other)
+            for other in self.pendulum.off
+        ]
+        return max(ways, key=lambda way: float(way.swing.amplitude_m[-1]), default=self)
 
     def left_by(self, timeline: Timeline, move: int) -> float:
         """Return the amplitude when a move ends, or when the next move that makes the load swing begins."""
@@ -120,7 +153,8 @@ class Swaying:
 def swaying(timeline: Timeline, pendulum: Pendulum, spacing_m: float) -> Swaying:
     """Return a timeline with the swing of its load; the hook moves at most ``spacing_m`` from one time to the next."""
     time_s, axes = _evenly(timeline, spacing_m)
-    return Swaying(time_s, axes, swing_of(timeline.crane, axes, timeline.duration_s / (len(time_s) - 1), pendulum))
+    swing = swing_of(timeline.crane, axes, timeline.duration_s / (len(time_s) - 1), pendulum)
+    return Swaying(time_s, axes, swing, pendulum)
 
 
 def _evenly(timeline: Timeline, spacing_m: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -175,28 +209,31 @@ def steadied(crane: TowerCrane, moves: Sequence[Move], pendulum: Pendulum | None
     at_s = rules.fault_s(plain, sway)
     if at_s is None:
         return plain
-    fitted = plain
-    for _ in range(_FITS):
-        shaped = _fitted(pacer, fitted, pendulum)
-        if shaped is None:
-            break
-        fitted = rules.blend(shaped)
-        if rules.fault_s(fitted, swaying(fitted, pendulum, rules.spacing_m)) is None:
-            return fitted
+    for calm in (_PLAIN, _SMOOTH) if pendulum.load_ratio else (_PLAIN,):
+        fitted = plain
+        for _ in range(_FITS):
+            shaped = _fitted(pacer, fitted, pendulum, calm)
+            if shaped is None:
+                break
+            fitted = rules.blend(shaped)
+            if rules.fault_s(fitted, swaying(fitted, pendulum, rules.spacing_m)) is None:
+                return fitted
     return _slower(pacer, plain, sway, at_s, pendulum, rules)
 
 
-def _fitted(pacer: Pacer, timeline: Timeline, pendulum: Pendulum) -> Timeline | None:
+def _fitted(pacer: Pacer, timeline: Timeline, pendulum: Pendulum, calm: Calm) -> Timeline | None:
     """Return a timeline's moves in sequence, shaped together for its overlaps; None if no such shaping is found."""
-    hanging = hanging_on(timeline.crane, pendulum)
+    hanging = [(hanging_on(timeline.crane, pendulum), 1.0)]
+    hanging += [(hanging_on(timeline.crane, pendulum.off[n]), _OFF_WEIGHT) for n in _FIT_OFF if pendulum.off]
 
     def residual_m(calms: tuple[Calm, ...]) -> NDArray[np.float64]:
         shaped = overlapping_as(pacer.in_sequence(calms), timeline)
         time_s, axes = _evenly(shaped, np.inf)
-        left: NDArray[np.float64] = left_m(axes, hanging, shaped.duration_s / (len(time_s) - 1))
-        return left
+        step_s = shaped.duration_s / (len(time_s) - 1)
+        return np.concatenate([weight * left_m(axes, one, step_s) for one, weight in hanging])
 
-    calms = cancelled(timeline.course.swings, residual_m)
+    at_rest_m = _OFF_AT_REST_M if pendulum.off else _AT_REST_M
+    calms = cancelled(timeline.course.swings, residual_m, calm, at_rest_m)
     return None if calms is None else pacer.in_sequence(calms)
 
 
@@ -254,8 +291,14 @@ def _climb(rungs: list[int], timeline: Timeline, sway: Swaying, at_s: float) -> 
             hint='[rules] swing = "off" plans without it, and says so',
         )
     # A move that left the load swinging is at fault for the swing after it.
-    left = [n for n in begun[:-1] if sway.left_by(timeline, n) > _LEFT_SHARE * PLANNED_RESIDUAL_M]
-    rungs[(left or begun[-1:])[0]] += 1
+    most_m = PLANNED_RESIDUAL_M
+    if at_s == sway.time_s[-1] and sway.swing.amplitude_m[-1] <= PLANNED_RESIDUAL_M:
+        sway, most_m = sway.off(timeline.crane), PLANNED_OFF_RESIDUAL_M
+    left = [n for n in begun[:-1] if sway.left_by(timeline, n) > _LEFT_SHARE * most_m]
+    fault = (left or begun[-1:])[0]
+    if sway.pendulum.load_ratio and rungs[fault] + 1 >= FIRST_SLOW:  # no move is slowed alone
+        fault = min(begun, key=lambda n: (min(rungs[n], rungs[fault]), n != fault))
+    rungs[fault] += 1
 
 
 def swing_fault_s(
@@ -298,6 +341,8 @@ def swing_fault_s(
             hit = swaying_is_free(rule, load, sway.axes, beyond_m / load.voxel_size_m, part, both)
             if hit >= 0:
                 faults.append(float(time_s[hit]))
+    if not faults and sway.off(timeline.crane).swing.amplitude_m[-1] > PLANNED_OFF_RESIDUAL_M:
+        return float(time_s[-1])
     return min(faults, default=None)
 
 

@@ -1,8 +1,10 @@
 """A crane with its load on the rope: the pendulum's length and period, and how it swings while the crane moves.
 
-The load is a point on a rope of changing length l, for small angles and without damping (real damping only helps). With
-p the point of the jib that it hangs from and q the load, both on the plan in the site's frame, which does not turn (so
-that slewing needs no extra terms): q'' = (g - l'') / l (p - q).
+A load is a double pendulum: the hook block on a rope of changing length l, the load below it on slings of length s. The
+empty hook is a point on its rope. Angles are small, and nothing damps (real damping only helps). With p the point of
+the jib that it hangs from, b the block and q the load, all on the plan in the site's frame, which does not turn (so
+that slewing needs no extra terms), and m the mass of the load by that of the block:
+b'' = (g - l'') ((1 + m) / l (p - b) + m / s (q - b)), q'' = (g - l'') / s (b - q).
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from bimvox.crane.tower_crane import TowerCrane, tip_height_m
 from bimvox.motion.swept import LoadFrame, load_frame, swaying_is_free
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import Component
-from bimvox.site.lifting import crane_for
+from bimvox.site.lifting import crane_for, masses_on_rope_kg
 from bimvox.site.site import Site, SwingRule
 
 GRAVITY_M_S2 = 9.80665
@@ -58,6 +60,11 @@ PLANNED_RESIDUAL_M = 0.04
 """A planned load that swings no further than this to a side is at rest. The proof, which integrates the samples of the
 log with a pendulum of its own, allows 0.05 m."""
 
+OFF = 0.1
+"""How far rope, slings and the mass of a load may be from what is planned, as a share."""
+PLANNED_OFF_RESIDUAL_M = 0.08
+"""How far such a load may swing to a side at the end of its motion. The proof allows 0.10 m."""
+
 STEP_S = 0.05
 """Largest step of the integration."""
 
@@ -67,9 +74,38 @@ class Pendulum(NamedTuple):
 
     Attributes:
         below_hook_m: Distance from the hook down to the middle of the load.
+        load_ratio: Mass of the load by that of the hook block; 0 for a point on a rope.
+        rope_share: The rope's length, from its exit to the hook, as a share of what the hook's height says.
     """
 
     below_hook_m: float
+    load_ratio: float = 0.0
+    rope_share: float = 1.0
+
+    @property
+    def off(self) -> tuple[Pendulum, ...]:
+        """The same with rope and load, and with slings too, off by ``OFF`` each way; none for a point."""
+        if self.load_ratio == 0.0:
+            return ()
+        ends = 1.0 - OFF, 1.0 + OFF
+        return tuple(
+            Pendulum(self.below_hook_m * slings, self.load_ratio * load, rope)
+            for rope in ends
+            for slings in (1.0, rope)
+            for load in ends
+        )
+
+
+def half_periods_s(crane: TowerCrane, pendulum: Pendulum, height_m: float, radius_m: float) -> tuple[float, float]:
+    """Return half the periods of the slow and the fast swing of what hangs on the hook; 0 for the fast one of a point.
+
+    ``height_m``, ``radius_m``: of the hook, as in :func:`pendulum_length_m`.
+    """
+    if pendulum.load_ratio == 0.0:
+        return half_period_s(pendulum_length_m(crane, height_m, pendulum.below_hook_m, radius_m)), 0.0
+    rope_m = pendulum_length_m(crane, height_m, 0.0, radius_m)
+    slow, fast = _squared_rates(rope_m, pendulum.below_hook_m, pendulum.load_ratio, GRAVITY_M_S2)
+    return pi / sqrt(slow), pi / sqrt(fast)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,10 +128,18 @@ class Swing:
 
 def pendulum_of(site: Site, crane: TowerCrane, component: Component | None) -> Pendulum | None:
     """Return a load (None for the empty hook) on a crane's hook as a pendulum; None if swing is off."""
+    return pendulum_on(site, crane_for(site, crane, component), component)
+
+
+def pendulum_on(site: Site, rigged: TowerCrane, component: Component | None) -> Pendulum | None:
+    """Return what ``pendulum_of`` does, on the crane as rigged for the load."""
     if site.rules.swing is SwingRule.OFF:
         return None
-    half_m = 0.0 if component is None else 0.5 * component.shape.size_vox[2] * site.frame.voxel_size_m
-    return Pendulum(crane_for(site, crane, component).sling_m + half_m)
+    if component is None:
+        return Pendulum(rigged.sling_m)
+    half_m = 0.5 * component.shape.size_vox[2] * site.frame.voxel_size_m
+    block_kg, load_kg = masses_on_rope_kg(rigged, component)
+    return Pendulum(max(SHORTEST_M, rigged.sling_m + half_m), load_kg / block_kg)
 
 
 class Hanging(NamedTuple):
@@ -110,6 +154,8 @@ class Hanging(NamedTuple):
         jib_m: Length of a luffing jib; 0 for a horizontal one.
         below_hook_m: As in ``Pendulum``.
         gravity_m_s2: Gravity.
+        load_ratio: As in ``Pendulum``.
+        rope_share: As in ``Pendulum``.
     """
 
     swings: bool
@@ -120,28 +166,37 @@ class Hanging(NamedTuple):
     jib_m: float
     below_hook_m: float
     gravity_m_s2: float
+    load_ratio: float
+    rope_share: float
 
 
 def hanging_on(crane: TowerCrane, pendulum: Pendulum | None) -> Hanging:
     """Return a load on a crane's rope as kernels take it; with None it does not swing."""
     x_m, y_m, jib = *crane.base_m[:2], crane.luffing
-    below_hook_m = 0.0 if pendulum is None else pendulum.below_hook_m
+    below_hook_m, ratio, share = (0.0, 0.0, 1.0) if pendulum is None else pendulum
     exits = (crane.jib_height_m, 0.0, 0.0) if jib is None else (jib.pivot_height_m, jib.pivot_offset_m, jib.length_m)
-    return Hanging(pendulum is not None, x_m, y_m, *exits, below_hook_m, GRAVITY_M_S2)
+    return Hanging(pendulum is not None, x_m, y_m, *exits, below_hook_m, GRAVITY_M_S2, ratio, share)
 
 
 def swing_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendulum: Pendulum) -> Swing:
     """Return the swing of a load that is at rest at the start, for (N, 3) axes ``step_s`` apart, ``STEP_S`` at most."""
-    return Swing(*_swing(axes, hanging_on(crane, pendulum), step_s, True))
+    return Swing(*_swung(axes, hanging_on(crane, pendulum), step_s, True))
 
 
 @kernel
 def left_m(axes: NDArray[np.float64], hanging: Hanging, step_s: float) -> NDArray[np.float64]:
-    """Return (4,) position and speed of the load of ``swing_of`` at the end, each as the amplitude it leads to, m."""
+    """Return (8,) position and speed of the load at the end, in its slow and in its fast swing, as amplitudes in m.
+
+    The load of ``swing_of``; a point on a rope has no fast swing.
+    """
+    left = np.zeros(8)
+    if hanging.load_ratio > 0.0:
+        left[:] = _double_swing(axes, hanging, step_s, False)[2]
+        return left
     offset_m, _ = _swing(axes, hanging, step_s, False)
-    left, per_s = np.empty(4), np.sqrt(hanging.gravity_m_s2 / _length_m(hanging, axes[-1, 1], axes[-1, 2]))
+    per_s = np.sqrt(hanging.gravity_m_s2 / _length_m(hanging, axes[-1, 1], axes[-1, 2]))
     left[:2] = offset_m[-1]
-    left[2:] = (offset_m[-1] - offset_m[-2]) / step_s / per_s
+    left[2:4] = (offset_m[-1] - offset_m[-2]) / step_s / per_s
     return left
 
 
@@ -158,7 +213,7 @@ def sways_free(
         hanging: The load on its rope.
         step_s: As for ``swing_of``.
     """
-    beyond_m = _beyond(_swing(axes, hanging, step_s, False)[0], PLANNED_RESIDUAL_M)
+    beyond_m = _beyond(_swung(axes, hanging, step_s, False)[0], PLANNED_RESIDUAL_M)
     swings = (beyond_m[:, 0] != 0.0) | (beyond_m[:, 1] != 0.0)
     return swaying_is_free(space, load, axes, beyond_m / load.voxel_size_m, swings, True) < 0
 
@@ -220,6 +275,92 @@ def _swing(
         uy = vy - (point_m[after, 1] - point_m[i - 1, 1]) / span_s
         amplitude[i] = np.sqrt(x * x + y * y + (ux * ux + uy * uy) / max(stiffness, 1e-9))
     return offset, amplitude
+
+
+@kernel
+def _swung(
+    axes: NDArray[np.float64], hanging: Hanging, step_s: float, with_amplitude: bool
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return offsets and, if wanted, amplitudes of a load or of a point on a rope."""
+    if hanging.load_ratio > 0.0:
+        offset_m, amplitude_m, _ = _double_swing(axes, hanging, step_s, with_amplitude)
+        return offset_m, amplitude_m
+    return _swing(axes, hanging, step_s, with_amplitude)
+
+
+@inline_kernel
+def _squared_rates(rope_m: float, slings_m: float, ratio: float, g_m_s2: float) -> tuple[float, float]:
+    """Return the squared angular rates of the slow and the fast swing of a double pendulum, 1/s^2."""
+    half = 0.5 * (1.0 + ratio) * (1.0 / rope_m + 1.0 / slings_m)
+    product = (1.0 + ratio) / (rope_m * slings_m)
+    fast = half + np.sqrt(max(half * half - product, 0.0))
+    return g_m_s2 * product / fast, g_m_s2 * fast
+
+
+@inline_kernel
+def _rope_m(hanging: Hanging, radius_m: float, height_m: float) -> float:
+    """Return the length of the rope above the hook."""
+    exit_m, far_m = hanging.exit_m, radius_m - hanging.pivot_m
+    if hanging.jib_m > 0.0:
+        exit_m += np.sqrt(max(hanging.jib_m * hanging.jib_m - far_m * far_m, 0.0))
+    return hanging.rope_share * max(SHORTEST_M, exit_m - height_m)
+
+
+@kernel
+def _double_swing(
+    axes: NDArray[np.float64], hanging: Hanging, step_s: float, with_amplitude: bool
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return offsets, amplitudes as for a point, and (8,) what is left in the end, as ``left_m`` does.
+
+    By the trapezoidal rule, which adds no energy, however fast the block swings below a heavy load.
+    """
+    point_m = _points(axes, hanging.x_m, hanging.y_m)
+    n = point_m.shape[0]
+    offset, amplitude, left = np.zeros((n, 2)), np.zeros(n if with_amplitude else 0), np.zeros(8)
+    ratio, slings_m = hanging.load_ratio, hanging.below_hook_m
+    block, load = point_m[0].copy(), point_m[0].copy()
+    block_v, load_v, block_a, load_a = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)
+    quarter, half = 0.25 * step_s * step_s, 0.5 * step_s
+    shorter_m = rope_m = _rope_m(hanging, axes[0, 1], axes[0, 2])
+    longer_m = _rope_m(hanging, axes[min(1, n - 1), 1], axes[min(1, n - 1), 2])
+    for i in range(1, n):
+        after = min(i + 1, n - 1)
+        shorter_m, rope_m = rope_m, longer_m
+        bend = 0.0
+        if after > i:
+            longer_m = _rope_m(hanging, axes[after, 1], axes[after, 2])
+            bend = (longer_m - 2.0 * rope_m + shorter_m) / step_s**2
+        pull = hanging.gravity_m_s2 - bend
+        up, below, down = (1.0 + ratio) * pull / rope_m, ratio * pull / slings_m, pull / slings_m
+        # (1 + q (up + below)) b - q below l = r, -q down b + (1 + q down) l = s
+        det = (1.0 + quarter * (up + below)) * (1.0 + quarter * down) - quarter * quarter * below * down
+        for k in range(2):
+            p = point_m[i, k]
+            r = block[k] + step_s * block_v[k] + quarter * (block_a[k] + up * p)
+            s = load[k] + step_s * load_v[k] + quarter * load_a[k]
+            b = (r * (1.0 + quarter * down) + s * quarter * below) / det
+            q = (s * (1.0 + quarter * (up + below)) + r * quarter * down) / det
+            b_a, q_a = up * (p - b) + below * (q - b), down * (b - q)
+            block_v[k] += half * (block_a[k] + b_a)
+            load_v[k] += half * (load_a[k] + q_a)
+            block[k], load[k], block_a[k], load_a[k] = b, q, b_a, q_a
+            offset[i, k] = q - p
+        if not (with_amplitude or i == n - 1):
+            continue
+        # What either swing adds to the load's offset: the spectral projections of the matrix of the system.
+        slow, fast = _squared_rates(rope_m, slings_m, ratio, pull)
+        span_s, apart = step_s * (after - i + 1), fast - slow
+        for k in range(2):
+            moves = (point_m[after, k] - point_m[i - 1, k]) / span_s
+            b, q = block[k] - point_m[i, k], load[k] - point_m[i, k]
+            b_v, q_v = block_v[k] - moves, load_v[k] - moves
+            left[k] = ((fast - down) * q + down * b) / apart
+            left[2 + k] = ((fast - down) * q_v + down * b_v) / apart / np.sqrt(slow)
+            left[4 + k] = ((down - slow) * q - down * b) / apart
+            left[6 + k] = ((down - slow) * q_v - down * b_v) / apart / np.sqrt(fast)
+        if with_amplitude:
+            amplitude[i] = np.sqrt((left[:4] ** 2).sum()) + np.sqrt((left[4:] ** 2).sum())
+    return offset, amplitude, left
 
 
 @kernel

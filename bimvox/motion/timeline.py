@@ -30,6 +30,7 @@ from bimvox.motion.profile import (
     add_move,
     first_from,
     profile_of,
+    smoothed,
 )
 from bimvox.motion.swept import LoadFrame, samples_are_free
 from bimvox.motion.swing import (
@@ -37,9 +38,8 @@ from bimvox.motion.swing import (
     Hanging,
     Pendulum,
     RiggedCrane,
-    half_period_s,
+    half_periods_s,
     hanging_on,
-    pendulum_length_m,
     sways_free,
 )
 from bimvox.motion.trajectories import trajectory_of
@@ -249,11 +249,11 @@ class Pacer:
             for move, share in zip(self._moves, slow_shares(crane, self._moves), strict=True)
         ]
         self._half_periods_s = [
-            None if pendulum is None or not move.swings else _half_period_s(crane, move, pendulum)
+            None if pendulum is None or not move.swings else _half_periods_s(crane, move, pendulum)
             for move in self._moves
         ]
         self._known: dict[tuple[int, Calm], Profile | ShapedProfile] = {}
-        self._paced: dict[tuple[int, float], Profile] = {}
+        self._paced: dict[tuple[int, float, float], Profile] = {}
 
     def least_s(self, lengths_s: Sequence[float]) -> float:
         """Return a lower bound of the time of the moves if each takes a time or longer, however much they overlap.
@@ -286,17 +286,19 @@ class Pacer:
         return Timeline(Course(self._packed, profiles), tuple(starts))
 
     def _profile(self, n: int, calm: Calm) -> Profile | ShapedProfile:
-        limits, half_s = self._limits[n], self._half_periods_s[n]
-        if half_s is None:
+        limits, halves_s = self._limits[n], self._half_periods_s[n]
+        if halves_s is None:
             return profile_of(limits)
         pace = calm.pace
-        base = self._paced.get((n, pace))
+        slow_s, fast_s = halves_s
+        ramp_s = 2.0 * fast_s if calm.smooth else 0.0
+        base = self._paced.get((n, pace, ramp_s))
         if base is None:
             # Along a straight line the load swings by its acceleration alone.
             rate = limits.rate if self._moves[n].line is Line.SITE else limits.rate * pace
             slower = AxisLimits(rate, limits.acceleration * pace**2, limits.jerk * pace**3)
-            base = self._paced[n, pace] = profile_of(slower)
-        return ShapedProfile(base, calm.parts, calm.stretch * half_s)
+            base = self._paced[n, pace, ramp_s] = profile_of(smoothed(slower, ramp_s) if ramp_s else slower)
+        return ShapedProfile(base, calm.parts, calm.stretch * slow_s)
 
 
 def in_sequence(crane: TowerCrane, moves: Sequence[Move], pendulum: Pendulum | None = None) -> Timeline:
@@ -331,10 +333,10 @@ def pause_of(timeline: Timeline) -> tuple[int, float, float] | None:
     return None
 
 
-def _half_period_s(crane: TowerCrane, move: Move, pendulum: Pendulum) -> float:
+def _half_periods_s(crane: TowerCrane, move: Move, pendulum: Pendulum) -> tuple[float, float]:
     height_m = 0.5 * (move.start.height_m + move.end.height_m)
     radius_m = 0.5 * (move.start.radius_m + move.end.radius_m)
-    return half_period_s(pendulum_length_m(crane, height_m, pendulum.below_hook_m, radius_m))
+    return half_periods_s(crane, pendulum, height_m, radius_m)
 
 
 def overlapping_as(timeline: Timeline, other: Timeline) -> Timeline:
@@ -434,7 +436,7 @@ def sampled(timeline: Timeline, clearance_height_m: float, rigged: RiggedCrane) 
     if pendulum is not None:
         highest = int(np.argmax(axes[:, 2]))
         radius_m, height_m = float(axes[highest, 1]), float(axes[highest, 2])
-        shaping_s = half_period_s(pendulum_length_m(crane, height_m, pendulum.below_hook_m, radius_m))
+        shaping_s, _ = half_periods_s(crane, pendulum, height_m, radius_m)
     first, last = (CranePose(*axes[i].tolist()) for i in (0, -1))
     # Moves that are shaped together may need less time than a shaping of half a period for each.
     bound_s = min(point_to_point_s(crane, first, last, clearance_height_m, shaping_s), end_ns / NS_PER_S)

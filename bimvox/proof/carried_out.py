@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of, joint_limits, joint_names, joints_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.crane.pendulum import hanging_m, swung_on
+from bimvox.proof.crane.pendulum import hung_on, swung_on
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import CarriedOut, LiftMotion, OtherKind, PhaseName, Tally
 from bimvox.records.proof import Check
@@ -288,11 +288,11 @@ def _hook_and_sway_m(
     """Return the hook on plan (N, 2), and how far the load swings out of its vertical (N,)."""
     part = site.components[motion.component]
     crane = crane_for(site, site.cranes[0], part)
-    below_m = hanging_m(site, site.cranes[0], part)
+    hung = hung_on(site, site.cranes[0], part)
     sway_m = np.zeros(len(time_ns))
-    if below_m is not None:
+    if hung is not None:
         for low, high in pairwise([0, *(after for _, after in _at_rest(axes)), len(time_ns) - 1]):
-            swung = swung_on(crane, time_ns[low : high + 1], axes[low : high + 1], below_m)
+            swung = swung_on(crane, time_ns[low : high + 1], axes[low : high + 1], hung)
             own_m = np.interp(time_ns[low : high + 1] / 1e9, swung.time_s, swung.amplitude_m)
             sway_m[low : high + 1] = np.maximum(sway_m[low : high + 1], own_m)
         for rests, after in _at_rest(axes):

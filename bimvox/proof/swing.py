@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.crane.pendulum import STEP_NS, Swung, hanging_m, swung_parts
+from bimvox.proof.crane.pendulum import STEP_NS, Hung, Swung, hung_on, left_off_m, swung_parts
 from bimvox.proof.guided import cells_at_any_heading, turning_rows
 from bimvox.proof.hook import EmptyWay, one_way
 from bimvox.proof.load import LiftProof
@@ -29,6 +29,8 @@ from bimvox.site.site import Site
 
 REST_M = 0.05
 """A load that swings no further than this to either side counts as at rest."""
+OFF_REST_M = 0.10
+"""How far a load may swing when it is set if its rope, slings and mass are off by a tenth."""
 _SLINGS_END = (0, 0, 0)
 _SPACING_VOX = 0.5
 _MOST_ACROSS = 64
@@ -41,7 +43,7 @@ class SwingProof(LiftProof):
     def check(self, name: str, moment: Moment, motion: LiftMotion, ways: Sequence[EmptyWay] | None = None) -> None:
         """Check the loaded motion of a lift and its empty hook moves; as ``HookProof.check``."""
         component = self.site.components[moment.lift.component]
-        loaded, empty = (hanging_m(self.site, self.crane, part) for part in (component, None))
+        loaded, empty = (hung_on(self.site, self.crane, part) for part in (component, None))
         if loaded is None or empty is None:
             return
         self.cells.move_to(moment.present)
@@ -57,13 +59,13 @@ class SwingProof(LiftProof):
         component: Component | None,
         motion: LiftMotion,
         way: Trajectory,
-        below_hook_m: float,
+        hung: Hung,
         lift: Lift | None,
         left: Sequence[Thing] = (),
     ) -> None:
         # A move that ends with a stop ends swinging: tag lines bring what hangs on the hook to rest afterwards.
         stopped = any(abs(end_ns - motion.start_ns - way.time_ns[-1]) <= 1 for _, end_ns in motion.stops_ns)
-        for swung in swung_parts(self.crane, motion, way, below_hook_m):
+        for swung in swung_parts(self.crane, motion, way, hung):
             at_end_m = float(swung.amplitude_m[-1])
             if swung.time_s[-1] * 1e9 >= way.time_ns[-1] - 1 and not stopped:
                 self.checks["swing"].measure(at_end_m)
@@ -71,8 +73,21 @@ class SwingProof(LiftProof):
                     at_end_m <= REST_M,
                     f"{name}: at its end the load still swings by {at_end_m:.3f} m, allowed are {REST_M:g} m",
                 )
+                if hung.load_kg:
+                    self._check_off(name, motion, way, hung)
             turning = turning_rows(lift, component, motion, swung.time_s, swung.axes[:, 0])
             self._check_clear(name, component, swung, lift, left, motion.start_ns, turning)
+
+    def _check_off(self, name: str, motion: LiftMotion, way: Trajectory, hung: Hung) -> None:
+        """Check that a load is set at rest although rope, slings or mass are not exactly as planned."""
+        rests = [end_ns - motion.start_ns for _, end_ns in motion.stops_ns]
+        last = way.time_ns >= max((at for at in rests if at < way.time_ns[-1]), default=0)
+        left_m = left_off_m(self.crane, way.time_ns[last], way.axes[last], hung)
+        self.checks["swing"].look(
+            left_m <= OFF_REST_M,
+            f"{name}: with rope and mass off by 10 % the load swings by {left_m:.3f} m at its end, allowed are "
+            f"{OFF_REST_M:g} m",
+        )
 
     def _check_clear(
         self,
@@ -165,9 +180,9 @@ def swung_placements(
 
     Only after ``rest_ns`` since the start of the lift. For the empty hook, ``component`` is None.
     """
-    below_hook_m = hanging_m(site, crane, component)
+    hung = hung_on(site, crane, component)
     found = [np.empty((0, 3), np.int64)]
-    for swung in swung_parts(crane, motion, way, below_hook_m) if below_hook_m is not None else ():
+    for swung in swung_parts(crane, motion, way, hung) if hung is not None else ():
         line = _SLINGS_END if component is None else component.hook_line_vox
         cells = cells_below(crane_for(site, crane, component), site.frame, swung.hook_m, line)
         beyond_vox = _beyond_rest_m(swung.offset_m) / site.frame.voxel_size_m

@@ -14,6 +14,7 @@ from bimvox.bim.site_frame import is_about_place
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import enumerated, listed
 from bimvox.motion.figures import capacity_used
+from bimvox.motion.swing import OFF
 from bimvox.proof.over_time import not_current
 from bimvox.records.lift import NOT_ITS_CELLS, Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
@@ -24,7 +25,7 @@ from bimvox.site.component import Component
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
 from bimvox.site.default_rules import ALL_KEPT
 from bimvox.site.ground import WORKING_SPACE_M
-from bimvox.site.lifting import needs_less_wind
+from bimvox.site.lifting import HOOK_BLOCK_SHARE, needs_less_wind
 from bimvox.site.means import Means, is_way_assumed
 from bimvox.site.site import HeadingRule, Site, SwingRule, names_by_id, with_names
 from bimvox.site.work import work_of
@@ -232,7 +233,7 @@ def _of_cranes(subject: Subject) -> Iterator[Remark]:
     yield from _crew_times(subject)
     yield table.TURNS_WITH_JIB() if own.heading is HeadingRule.WITH_JIB else table.HEADING_KEPT()
     if own.swing is SwingRule.SHAPED:
-        yield table.ASSUMED_SWING()
+        yield table.ASSUMED_SWING(off=100.0 * OFF, share=100.0 * HOOK_BLOCK_SHARE)
 
 
 def _gear(subject: Subject, crane: TowerCrane, number: int) -> Remark:

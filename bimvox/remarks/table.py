@@ -153,7 +153,10 @@ TURNS_WITH_JIB = Row("assumed_heading", _NOTE,
     "a load turns with the jib as if it were fixed to it, and a crew turns it to its final heading above its place; "
     "a load without room for that keeps its heading by tag line")
 HEADING_KEPT = Row("assumed_heading", _NOTE, "tag lines keep the heading of a load while the jib turns")
-ASSUMED_SWING = Row("assumed_swing", _NOTE, "a load swings like a point on its rope, without wind and without damping")
+ASSUMED_SWING = Row("assumed_swing", _NOTE,
+    "a load swings as a point on its slings, below the hook block as another on its rope, without damping; when it is "
+    "set it rests also if rope, slings and mass are {off:.0f} % off; half of the gear swings with either; a hook "
+    "block without a stated mass weighs {share:.0f} % of the largest capacity")
 ASSUMED_TIMES = Row("assumed_times", _NOTE,
     "each lift ({work}) takes a crew {sling:g} s to sling, {tags}{trial:g} s of trial lift, {brace:g} s to align and "
     "brace, and {release:g} s to take the slings off: nominal values, not measured")

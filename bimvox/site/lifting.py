@@ -138,6 +138,21 @@ def hung_kg(crane: TowerCrane, component: Component) -> float:
     return component.mass_kg + crane.hook_block_kg + (crane.rigging_mass_kg if rig is None else rig.mass_kg)
 
 
+HOOK_BLOCK_SHARE = 0.03
+"""Mass of a hook block that the site file does not give, as a share of the largest capacity: as in the catalogue, on
+two falls (professional judgement)."""
+
+
+def masses_on_rope_kg(rigged: TowerCrane, component: Component) -> tuple[float, float]:
+    """Return what swings at the hook, and what below it: hook block and part, each with half of the gear.
+
+    ``rigged``: the crane as rigged for the component.
+    """
+    block_kg = rigged.hook_block_kg or HOOK_BLOCK_SHARE * max(rigged.chart.capacity_kg)
+    half_kg = 0.5 * rigged.rigging_mass_kg
+    return block_kg + half_kg, component.mass_kg + half_kg
+
+
 @dataclass(frozen=True, slots=True)
 class HangsAt:
     """Where a part hangs, and what limits its slings.

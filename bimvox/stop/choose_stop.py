@@ -24,8 +24,7 @@ from bimvox.motion.swing import (
     Pendulum,
     RiggedCrane,
     Swing,
-    half_period_s,
-    pendulum_length_m,
+    half_periods_s,
     swing_of,
 )
 from bimvox.records.motion import LiftMotion, Trajectory
@@ -80,8 +79,9 @@ def swing_through(motion: LiftMotion, part: Trajectory, stop: EmergencyStop, pen
     axes = np.concatenate([part.axes[driven], stop.trajectory.axes])
     time_s = (np.concatenate([driven_ns[driven], stop.trajectory.time_ns + stop.start_ns]) - stop.start_ns) / NS_PER_S
     pose = stop.pose
-    length_m = pendulum_length_m(stop.crane, pose.height_m, pendulum.below_hook_m, pose.radius_m)
-    ends_s = float(time_s[-1]) + 2.0 * half_period_s(length_m)
+    slow_s, fast_s = half_periods_s(stop.crane, pendulum, pose.height_m, pose.radius_m)
+    # The swing of a point repeats after one period; the two of a load below a block have met by then, or in another.
+    ends_s = float(time_s[-1]) + (4.0 if fast_s else 2.0) * slow_s
     steps = int(np.ceil((ends_s - time_s[0]) / STEP_S)) + 1
     every_s = np.linspace(time_s[0], ends_s, steps + 1)
     at = PchipInterpolator(time_s, axes)(np.minimum(every_s, time_s[-1]))

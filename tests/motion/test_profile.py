@@ -10,7 +10,7 @@ import bimvox.motion
 from bimvox.crane.tower_crane import AxisLimits
 from bimvox.crane.travel import rest_to_rest_s
 from bimvox.errors import PlanningError
-from bimvox.motion.profile import profile_of
+from bimvox.motion.profile import profile_of, smoothed
 
 
 @pytest.mark.parametrize(
@@ -25,6 +25,21 @@ def test_a_profile_is_the_integral_of_its_jerk(limits):
     assert share[-1] == 1.0
     assert (np.diff(share) >= 0.0).all()
     assert np.diff(share).max() / (time[1] - time[0]) == pytest.approx(profile.top_rate, rel=1e-3)
+
+
+@pytest.mark.parametrize("ramp_s", [0.4, 1.5, 6.0])
+@pytest.mark.parametrize(
+    "limits", [AxisLimits(0.02, 0.004, 0.003), AxisLimits(2.0, 0.01, 5.0), AxisLimits(5.0, 9.0, 0.4)]
+)
+def test_a_smoothed_profile_speeds_up_in_ramps_of_the_time_wanted_within_its_limits(limits, ramp_s):
+    soft = smoothed(limits, ramp_s)
+    assert soft.rate == limits.rate
+    assert soft.acceleration <= limits.acceleration
+    assert soft.jerk <= limits.jerk * (1.0 + 1e-12)
+    starts, jerks = profile_of(soft).pieces[:, 0], profile_of(soft).pieces[:, 4]
+    lengths = np.diff(np.append(starts, profile_of(soft).duration_s))
+    ramps = lengths[jerks != 0.0] / ramp_s  # two that follow each other are one piece
+    assert ramps == pytest.approx([1, 1, 1, 1] if len(ramps) == 4 else [1, 2, 1], rel=1e-6)
 
 
 def test_a_profile_whose_pieces_vanish_is_found_too():

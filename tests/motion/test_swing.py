@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from box_sites import box_site, test_crane
 from crane_rooms import crane_room
+from double_pendulum import Load, left_m
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from named_cranes import default_crane
@@ -31,13 +32,15 @@ from bimvox.motion.time_plan import time_plan
 from bimvox.motion.timeline import in_sequence, sampled
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.proof.crane.pendulum import swung_parts
+from bimvox.proof.crane.pendulum import Hung, left_off_m, swung_on, swung_parts
 from bimvox.proof.footprint import MotionFootprint, motion_footprint, path_footprint
 from bimvox.proof.motion import verify_motions
-from bimvox.proof.swing import REST_M
+from bimvox.proof.swing import OFF_REST_M, REST_M
 from bimvox.records.motion import LiftMotion
+from bimvox.site.lifting import crane_for, masses_on_rope_kg
 from bimvox.site.site import Blocker, Rules, SwingRule
 
+OFF_BY = [(mass, rope) for mass in (0.9, 1.0, 1.1) for rope in (0.9, 1.0, 1.1)]
 COLUMNS = [("first", (1.0, 1.0, 0.0), (1.5, 1.5, 3.0)), ("second", (5.0, 3.0, 0.0), (5.5, 3.5, 3.0))]
 
 
@@ -87,22 +90,64 @@ def test_the_shortest_pendulum_is_half_a_metre():
 
 
 @settings(max_examples=20, deadline=None)
-@given(st.integers(0, 300))
-def test_loads_hang_at_rest_at_the_end_by_both_pendulums(seed):
+@given(st.integers(0, 300), st.sampled_from([0.0, 0.3, 1.0, 5.0, 40.0]))
+def test_loads_hang_at_rest_at_the_end_by_both_pendulums(seed, ratio):
     room = crane_room(seed)
-    pendulum = Pendulum(3.0)
+    pendulum, hung = Pendulum(3.0, ratio), Hung(3.0, 100.0, 100.0 * ratio)
     rigged = room.rigged._replace(pendulum=pendulum)
     timeline, needed_m = drive_path(rigged, room.space, room.path, 0, 0.0)
     way = sampled(timeline, needed_m, rigged)
     motion = LiftMotion(0, 0, None, way, way, (), 0, int(way.time_ns[-1]))
-    (swung,) = swung_parts(room.crane, motion, way, pendulum.below_hook_m)
+    (swung,) = swung_parts(room.crane, motion, way, hung)
     planned = swaying(timeline, pendulum, 0.25)
     assert planned.swing.amplitude_m[-1] <= PLANNED_RESIDUAL_M
     assert swung.amplitude_m[-1] <= REST_M
+    if ratio:
+        assert left_off_m(room.crane, way.time_ns, way.axes, hung) <= OFF_REST_M
     # The planner integrates the motion, the proof its samples.
     there = np.stack([np.interp(swung.time_s, planned.time_s, offset) for offset in planned.swing.offset_m.T], axis=1)
     assert np.abs(there - swung.offset_m).max() < 0.012
     assert way.bound_s <= way.duration_s + 1e-6
+
+
+@pytest.mark.parametrize("ratio", [0.3, 3.0, 30.0])
+def test_two_pendulums_of_the_planner_the_proof_and_an_observer_swing_alike(ratio):
+    room = crane_room(7)
+    load, time_ns = Load(3.0, 100.0, 100.0 * ratio), np.arange(0, 20_000_000_001, 50_000_000)
+    share = np.minimum(time_ns / 4e9, 1.0)[:, None]
+    axes = np.array([0.0, 9.0, 4.0]) + (10 * share**3 - 15 * share**4 + 6 * share**5) * np.array([0.2, 3.0, 2.0])
+    ends = [
+        swing_of(room.crane, axes, 0.05, Pendulum(3.0, ratio)).amplitude_m[-1],
+        swung_on(room.crane, time_ns, axes, Hung(3.0, 100.0, 100.0 * ratio)).amplitude_m[-1],
+        left_m(room.crane, time_ns / 1e9, axes, [(load, 1.0)])[0],
+    ]
+    assert min(ends) > 0.1
+    assert ends == pytest.approx(ends[:1] * 3, rel=0.05)
+
+
+def test_an_observer_sees_loads_at_rest_when_rope_and_mass_are_a_tenth_off(shaped):
+    plan, motions = shaped
+    for motion in motions:
+        part = plan.site.components[motion.component]
+        crane = crane_for(plan.site, plan.site.cranes[0], part)
+        block_kg, load_kg = masses_on_rope_kg(crane, part)
+        below_m = crane.sling_m + 0.5 * part.shape.size_vox[2] * plan.site.frame.voxel_size_m
+        some = [(Load(below_m, block_kg, share * load_kg), rope) for share, rope in OFF_BY]
+        assert left_m(crane, motion.loaded.time_ns / 1e9, motion.loaded.axes, some).max() <= 0.10
+
+
+def test_a_motion_that_rests_only_if_all_is_as_planned_is_refused(shaped, monkeypatch):
+    crane, moves, _ = run_of_30_m()
+    timeline = in_sequence(crane, moves, Pendulum(3.0, 4.0))
+    time_ns = np.arange(0, int(timeline.duration_s * 1e9), 50_000_000)
+    axes, hung = timeline.axes_at(time_ns / 1e9), Hung(3.0, 200.0, 800.0)
+    assert swung_on(crane, time_ns, axes, hung).amplitude_m[-1] <= REST_M
+    assert left_off_m(crane, time_ns, axes, hung) > OFF_REST_M
+    monkeypatch.setattr("bimvox.proof.swing.OFF_REST_M", 1e-4)
+    plan, motions = shaped
+    found = next(check for check in verify_motions(plan, motions).checks if not check.passed)
+    assert found.name == "swing"
+    assert "with rope and mass off by 10 % the load swings" in found.failures[0]
 
 
 def test_the_bound_includes_the_cost_of_shaping():

@@ -150,7 +150,7 @@ def test_a_slower_crane_than_the_motion_was_made_for_is_caught(good, axis, limit
     plan, motions = good
     crane = plan.site.cranes[0]
     limits = getattr(crane, axis)
-    slower = dataclasses.replace(limits, **{limit: getattr(limits, limit) * 0.2})
+    slower = dataclasses.replace(limits, **{limit: getattr(limits, limit) * 0.1})
     assert "axis_limits" in failed(moved(plan, cranes=(dataclasses.replace(crane, **{axis: slower}),)), motions)
 
 

@@ -407,15 +407,16 @@ MUTANTS: dict[str, Mutant] = {
     "rates 10 % too high": Mutant(portal, "axis_limits", {RATES: returning(by(rate=1.1))}),
     "accelerations 10 % too high": Mutant(portal, "axis_limits", {RATES: returning(by(acceleration=1.1))}),
     "jerks 10 % too high": Mutant(portal, "axis_limits", {RATES: returning(by(jerk=1.1))}),
-    "rope 4 m too short": Mutant(
-        portal,
-        "swing",
-        {"bimvox.motion.swing.pendulum_of": returning(lambda own: own._replace(below_hook_m=own.below_hook_m - 4.0))},
-    ),
-    "gravity of the moon": Mutant(
+    "rope half as long": Mutant(
         quick_to_start,
         "swing",
-        {"bimvox.motion.swing.GRAVITY_M_S2": times(1.0 / 6.0)},
+        {"bimvox.motion.swing.pendulum_on": returning(lambda own: own._replace(rope_share=0.5))},
+    ),
+    "gravity of a giant planet": Mutant(quick_to_start, "swing", {"bimvox.motion.swing.GRAVITY_M_S2": times(2.0)}),
+    "hook block ignored": Mutant(
+        quick_to_start,
+        "swing",
+        {"bimvox.motion.swing.pendulum_on": returning(lambda own: own._replace(load_ratio=0.0))},
     ),
     "swing ignored": Mutant(portal, "swing", {"bimvox.motion.swing.pendulum_of": always(None)}),
     "residual swing ten times": Mutant(

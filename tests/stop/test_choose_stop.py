@@ -11,7 +11,7 @@ from box_sites import test_crane
 
 from bimvox.motion.swept import LoadFrame
 from bimvox.motion.swing import Pendulum, RiggedCrane, half_period_s, pendulum_length_m
-from bimvox.proof.crane.pendulum import swung_parts
+from bimvox.proof.crane.pendulum import Hung, swung_parts
 from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
 from bimvox.stop.brake_axes import AxisState, stop_from
 from bimvox.stop.choose_stop import hangs_still_ns, swing_through
@@ -69,7 +69,7 @@ def test_the_swing_that_a_stop_leaves_agrees_with_theory(rate_m_s):
     whole = trajectory(np.append(whole_ns, whole_ns[-1] + 10**9) / 1e9, np.append(radius, radius[-1]))
     held = Phase(PhaseName.STOP, stop.start_ns, int(whole_ns[-1]))
     stopped = replace(motion, loaded=whole, phases=(held,), end_ns=int(whole.time_ns[-1]))
-    first, second = swung_parts(CRANE, stopped, whole, HANGING.below_hook_m)
+    first, second = swung_parts(CRANE, stopped, whole, Hung(HANGING.below_hook_m))
     beyond = first.time_s * 1e9 >= stop.start_ns
     assert np.hypot(*first.offset_m[beyond].T).max() == pytest.approx(found.peak_m, rel=0.02, abs=0.004)
     assert np.hypot(*second.offset_m.T).max() < 1e-9, "it was brought to rest while it was held"

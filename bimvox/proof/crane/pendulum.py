@@ -1,14 +1,15 @@
 """How a load swings on its rope while the crane moves, computed from the samples of a motion alone.
 
-The load is a point that hangs below the rope's exit and swings by small angles, undamped. Two samples are joined by a
-cubic. During a step of at most 40 ms, the exit moves straight and the rope keeps its mean length. Over a step, the
-swing is an exact rotation in phase space: it adds no damping and no energy.
+The load hangs on its slings below the hook block, the block on the rope below its exit; both are points and swing by
+small angles, undamped. The empty hook is one point. Two samples are joined by a cubic. During a step of at most 40 ms,
+the exit moves straight and the rope keeps its mean length. Over a step, each of the two swings of which that of a load
+is made is an exact rotation in phase space: it adds no damping and no energy.
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.proof.rigging import rigging_kg
 from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
@@ -26,6 +28,28 @@ GRAVITY_M_S2 = 9.80665
 STEP_NS = 40_000_000
 """Longest step of the pendulum."""
 _SHORTEST_ROPE_M = 0.5
+_OFF = (0.9, 1.1)
+"""Rope, slings and mass of a load that may hang on site, as shares of what the plan says."""
+_BLOCK_OF_LARGEST = 0.03
+"""A hook block whose mass is not given weighs this share of the crane's largest capacity."""
+_PERIODS = 2
+"""Periods of the slow swing after which a load below a block has swung out, nearly, as far as it can."""
+
+
+class Hung(NamedTuple):
+    """What hangs on a hook.
+
+    Attributes:
+        below_hook_m: From the hook down to its middle.
+        block_kg: What swings at the hook; 0 for the empty hook, which is one point.
+        load_kg: What swings below it.
+        rope: Length of the rope as a share of what the plan says.
+    """
+
+    below_hook_m: float
+    block_kg: float = 0.0
+    load_kg: float = 0.0
+    rope: float = 1.0
 
 
 class Swung(NamedTuple):
@@ -46,22 +70,27 @@ class Swung(NamedTuple):
     hook_m: NDArray[np.float64]
 
 
-def hanging_m(site: Site, crane: TowerCrane, component: Component | None) -> float | None:
-    """Return how far below the hook the middle of a load is; None if the site's rules do not include swing.
+def hung_on(site: Site, crane: TowerCrane, component: Component | None) -> Hung | None:
+    """Return what hangs on a hook with a component; None if the site's rules do not include swing.
 
-    The middle of the empty hook (no component) is at the end of its slings.
+    The middle of the empty hook (no component) is at the end of its slings. Half of a load's gear swings at the hook,
+    the other half with the load.
     """
     if site.rules.swing is SwingRule.OFF:
         return None
     sling_m = crane_for(site, crane, component).sling_m
     if component is None:
-        return sling_m
+        return Hung(sling_m)
     cells = component.shape.cells[:, 2]
-    return sling_m + float(cells.max() - cells.min() + 1) * site.frame.voxel_size_m / 2.0
+    below_m = sling_m + float(cells.max() - cells.min() + 1) * site.frame.voxel_size_m / 2.0
+    gear_kg, block_kg = rigging_kg(crane, component), crane.hook_block_kg
+    if block_kg == 0.0:
+        block_kg = _BLOCK_OF_LARGEST * max(crane.chart.capacity_kg)
+    return Hung(max(below_m, _SHORTEST_ROPE_M), block_kg + gear_kg / 2.0, component.mass_kg + gear_kg / 2.0)
 
 
 def _ropes_m(crane: TowerCrane, axes: NDArray[np.float64], below_hook_m: float) -> NDArray[np.float64]:
-    """Return (N,) the length of the pendulum at hook poses ((N, 3) slew, radius, height): at least 0.5 m.
+    """Return (N,) from the rope's exit to this far below hook poses ((N, 3) slew, radius, height): at least 0.5 m.
 
     A luffing jib of length L with its pivot at radius o and height h has its tip at ``h + sqrt(L^2 - (r - o)^2)``.
     """
@@ -74,11 +103,8 @@ def _ropes_m(crane: TowerCrane, axes: NDArray[np.float64], below_hook_m: float) 
 
 
 @lru_cache(maxsize=64)  # as ``positions_of``
-def swung_parts(crane: TowerCrane, motion: LiftMotion, way: Trajectory, below_hook_m: float) -> tuple[Swung, ...]:
-    """Return the swing of a load in pieces: a piece ends after each stop and its hold; the next one starts at rest.
-
-    ``below_hook_m`` is the distance from the hook down to the middle of the load.
-    """
+def swung_parts(crane: TowerCrane, motion: LiftMotion, way: Trajectory, hung: Hung) -> tuple[Swung, ...]:
+    """Return the swing of a load in pieces: a piece ends after each stop and its hold; the next one starts at rest."""
     stops = [(begin_ns - motion.start_ns, end_ns - motion.start_ns) for begin_ns, end_ns in motion.stops_ns]
     rests = [end for begin, end in stops if begin < way.time_ns[-1] and end > way.time_ns[0]]
     axes, found = way.axes, []
@@ -88,29 +114,49 @@ def swung_parts(crane: TowerCrane, motion: LiftMotion, way: Trajectory, below_ho
             continue
         time_ns = way.time_ns[part]
         if high_ns in rests:
-            # The swing of an undamped load repeats after one period: a longer hold adds nothing.
-            period_s = 2.0 * np.pi * np.sqrt(_ropes_m(crane, axes[part][-1:], below_hook_m)[0] / GRAVITY_M_S2)
-            time_ns[-1] = min(time_ns[-1], time_ns[-2] + round(1e9 * period_s))
-        found.append(swung_on(crane, time_ns, axes[part], below_hook_m))
+            # The swing of an undamped point repeats after one period: a longer hold adds nothing.
+            period_s = 2.0 * np.pi * np.sqrt(_ropes_m(crane, axes[part][-1:], hung.below_hook_m)[0] / GRAVITY_M_S2)
+            time_ns[-1] = min(time_ns[-1], time_ns[-2] + round(1e9 * period_s * (_PERIODS if hung.load_kg else 1)))
+        found.append(swung_on(crane, time_ns, axes[part], hung))
     return tuple(found)
 
 
-def swung_on(crane: TowerCrane, time_ns: NDArray[np.int64], samples: NDArray[np.float64], below_hook_m: float) -> Swung:
+def left_off_m(crane: TowerCrane, time_ns: NDArray[np.int64], samples: NDArray[np.float64], hung: Hung) -> float:
+    """Return how far a load swings after the samples, at most, if its rope, slings and mass are off by a tenth.
+
+    Rope and load are longer and shorter, heavier and lighter; the slings are as planned, or off as the rope is. As
+    ``swung_on``, at rest at the start.
+    """
+    left_m = 0.0
+    for rope, slings, load in product(_OFF, (False, True), _OFF):
+        below_m = hung.below_hook_m * (rope if slings else 1.0)
+        other = hung._replace(below_hook_m=below_m, load_kg=hung.load_kg * load, rope=rope)
+        left_m = max(left_m, float(swung_on(crane, time_ns, samples, other).amplitude_m[-1]))
+    return left_m
+
+
+def swung_on(crane: TowerCrane, time_ns: NDArray[np.int64], samples: NDArray[np.float64], hung: Hung) -> Swung:
     """Return the swing at the samples and at times between them, at most a step apart; it begins at rest.
 
     Args:
         crane: The crane as rigged for the load.
         time_ns: (N,) times of the samples, ascending.
         samples: (N, 3) slew (rad), radius (m) and height (m).
-        below_hook_m: Distance from the hook down to the middle of the load.
+        hung: What hangs on the hook.
     """
     axes, since_s = _between(np.ascontiguousarray(samples), np.ascontiguousarray(time_ns))
-    length_m = _ropes_m(crane, axes, below_hook_m)
+    is_load = hung.load_kg > 0.0
+    length_m = hung.rope * _ropes_m(crane, axes, 0.0 if is_load else hung.below_hook_m)
     bend = _gradient(_gradient(length_m, since_s), since_s)
     bend = np.clip(bend, -crane.hoist.acceleration, crane.hoist.acceleration)
-    stiffness = (GRAVITY_M_S2 - bend) / length_m
     hook_m = hook_of(crane, *axes.T)
-    offset, amplitude = _turned(hook_m, np.sqrt(stiffness), np.diff(since_s))
+    if is_load:
+        rope = np.column_stack([length_m, GRAVITY_M_S2 - bend])
+        offset, amplitude = _both_turned(
+            hook_m, rope, np.diff(since_s), hung.below_hook_m, hung.load_kg / hung.block_kg
+        )
+    else:
+        offset, amplitude = _turned(hook_m, np.sqrt((GRAVITY_M_S2 - bend) / length_m), np.diff(since_s))
     return Swung(since_s + time_ns[0] / 1e9, axes, offset, amplitude, hook_m)
 
 
@@ -191,4 +237,47 @@ def _turned(
             rate[k] = v + moves
             squared += offset[i, k] ** 2 + (v / w) ** 2
         amplitude[i] = np.sqrt(squared)
+    return offset, amplitude
+
+
+@kernel
+def _both_turned(
+    point_m: NDArray[np.float64],
+    rope: NDArray[np.float64],
+    step_s: NDArray[np.float64],
+    slings_m: float,
+    ratio: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return what ``_turned`` does for a load below a hook block.
+
+    With u and d how far the block is from below the exit and the load from below the block, u'' = a d - b u and
+    d'' = b u - c d. Along the eigenvectors (a, b - r) of these, each swings by itself at the squared rate r.
+
+    ``rope``: (N, 2) its length and the pull on each kilogram of what hangs; ``ratio``: mass of the load by the block's.
+    """
+    n = point_m.shape[0]
+    offset, amplitude = np.zeros((n, 2)), np.zeros(n)
+    lag, rate = np.zeros((2, 2)), np.zeros((2, 2))  # of block and load: their lags, and how fast they grow
+    for i in range(1, n):
+        h, pull = step_s[i - 1], 0.5 * (rope[i - 1, 1] + rope[i, 1])
+        length_m = 0.5 * (rope[i - 1, 0] + rope[i, 0])
+        a, b, c = ratio * pull / slings_m, (1.0 + ratio) * pull / length_m, (1.0 + ratio) * pull / slings_m
+        middle, apart = 0.5 * (b + c), np.sqrt(0.25 * (b - c) ** 2 + a * b)
+        w0, w1 = np.sqrt(b * c - a * b) / np.sqrt(middle + apart), np.sqrt(middle + apart)
+        f0, f1 = (b - w0 * w0) / a, (b - w1 * w1) / a  # the eigenvectors, with u = 1
+        c0, s0, c1, s1 = np.cos(w0 * h), np.sin(w0 * h), np.cos(w1 * h), np.sin(w1 * h)
+        squared0, squared1 = 0.0, 0.0
+        for k in range(2):
+            moves = (point_m[i, k] - point_m[i - 1, k]) / h
+            u, d, u_v, d_v = lag[0, k], lag[1, k], rate[0, k] - moves, rate[1, k]
+            e0, v0 = (d - f1 * u) / (f0 - f1), (d_v - f1 * u_v) / (f0 - f1)
+            e1, v1 = u - e0, u_v - v0
+            e0, v0 = e0 * c0 + v0 / w0 * s0, v0 * c0 - e0 * w0 * s0
+            e1, v1 = e1 * c1 + v1 / w1 * s1, v1 * c1 - e1 * w1 * s1
+            lag[0, k], lag[1, k] = e0 + e1, f0 * e0 + f1 * e1
+            rate[0, k], rate[1, k] = v0 + v1 + moves, f0 * v0 + f1 * v1
+            offset[i, k] = lag[0, k] + lag[1, k]
+            squared0 += (1.0 + f0) ** 2 * (e0 * e0 + (v0 / w0) ** 2)
+            squared1 += (1.0 + f1) ** 2 * (e1 * e1 + (v1 / w1) ** 2)
+        amplitude[i] = np.sqrt(squared0) + np.sqrt(squared1)
     return offset, amplitude

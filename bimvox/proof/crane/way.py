@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.proof.crane.distance import POSE_COLUMNS, stopping_swing
-from bimvox.proof.crane.pendulum import hanging_m, swung_parts
+from bimvox.proof.crane.pendulum import hung_on, swung_parts
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
@@ -221,7 +221,7 @@ def way_of_crane(site: Site, number: int, motions: Sequence[LiftMotion]) -> Cran
         axes[once],
         _hung_by(site, crane, motions),
         np.concatenate(swing, axis=1) if swing else np.empty((2, 0)),
-        hanging_m(site, crane, None) is not None,
+        hung_on(site, crane, None) is not None,
     )
 
 
@@ -249,10 +249,10 @@ def _swing_of(site: Site, crane: TowerCrane, motion: LiftMotion) -> list[NDArray
     component = site.components[motion.component]
     result = []
     for way, load in ((motion.approach, None), (motion.loaded, component), (motion.departure, None)):
-        below_m = hanging_m(site, crane, load)
-        if way is None or below_m is None:
+        hung = hung_on(site, crane, load)
+        if way is None or hung is None:
             continue
-        for swung in swung_parts(crane, motion, way, below_m):
+        for swung in swung_parts(crane, motion, way, hung):
             at_ns = motion.start_ns + 1e9 * swung.time_s
             result.append(np.stack([at_ns, swung.amplitude_m]))
             # A held load keeps swinging until it is brought to rest before the crane resumes.
