@@ -24,6 +24,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.travel import Travel
 from bimvox.site.areas import shadow
 from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.crane_distances import base_of
 
 _AT_ONCE = 2_000_000
 """Pairs of a part and a place of the yard, times bases, that are in memory at once."""
@@ -303,7 +304,8 @@ class MastPlaces:
         return max(_LEAST_PITCH_M, float(np.ceil(np.sqrt(self._area(crane).area / most))))
 
     def _area(self, crane: TowerCrane) -> BaseGeometry:
-        key = self._clear_m + crane.mast_size_m / 2.0, crane.jib_length_m, crane.kind == "mobile"
+        room_m = max(self._clear_m + crane.mast_size_m / 2.0, base_of(crane).edge_m / 2.0)  # also for its foundation
+        key = room_m, crane.jib_length_m, crane.kind == "mobile"
         if key not in self._areas:
             area = (self._free.difference(self._courts) if key[2] else self._free).buffer(-key[0])
             self._areas[key] = area if self._plot is None else area.intersection(self._plot.buffer(-crane.jib_length_m))

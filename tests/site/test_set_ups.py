@@ -23,6 +23,7 @@ from bimvox.crane.reach import allowed_radii_m
 from bimvox.site.areas import PLAN, hull, shadow
 from bimvox.site.catalogue import machine_called, machines_of
 from bimvox.site.config.site_config import AreasConfig, ModelConfig, SiteConfig
+from bimvox.site.crane_distances import base_of
 from bimvox.site.crane_guess import Wanted, best_set_up, fit_here
 from bimvox.site.set_ups import MastPlaces, carried, ground_plan, highest_utilisation, set_ups
 
@@ -185,3 +186,14 @@ def test_outside_is_preferred_where_the_same_machine_serves_as_much() -> None:
     assert not light.places.inside(np.array([found.crane.base_m[:2]]))[0]
     assert light.places.inside(np.array([[12.0, 12.0]]))[0]
     assert shapely.Polygon(YARD[0]).distance(shapely.Point(found.crane.base_m[:2])) > 1.5
+
+
+def test_the_foundation_of_a_tower_crane_fits_next_to_the_building() -> None:
+    config = SiteConfig(model=ModelConfig(path="model.ifc"))
+    building = shapely.box(0.0, 0.0, 20.0, 12.0)
+    for mast_m in (1.2, 2.45):
+        crane = replace(CRANE, mast_size_m=mast_m)
+        bases_m = MastPlaces(config, building).bases_m(crane, 500)
+        assert len(bases_m)
+        nearest_m = float(shapely.distance(building, shapely.points(bases_m)).min())
+        assert nearest_m >= base_of(crane).edge_m / 2.0 - 1e-9

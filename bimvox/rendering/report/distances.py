@@ -161,7 +161,7 @@ def distances(one: dict[str, Any]) -> str:
     about = (
         f"Clear distances, m, at the heights of each piece: {one['least_m']:g} m at least from the counterweight, so "
         "that nobody is trapped (DGUV Vorschrift 52). Obstructions count with their clearance; below 0: beyond the "
-        "boundary."
+        "boundary. ✕: too near."
     )
     columns = ("From", *(heads[piece] for piece in pieces))
     return table(columns, rows, class_="words", id_="clear-distances") + paragraph(about, "faint")
@@ -175,7 +175,9 @@ def _cell(one: dict[str, Any], found: dict[str, Any] | None) -> str:
     if found is None:
         return "–"
     value = number(found["distance_m"], fixed(found["distance_m"], 2), "clear_distance_m")
-    trapped = found["from"] == "tail" and found["to"] in ("building", "structure", "obstruction", "stored")
-    mark = "✕ " if trapped and found["distance_m"] < one["least_m"] else ""
+    solid = found["to"] in ("building", "structure", "obstruction", "stored")
+    # The counterweight moves past things; the foundation must not meet any.
+    least_m = {"tail": one["least_m"], "base": 1e-3, "mast": 1e-3}.get(found["from"], 0.0)
+    mark = "✕ " if solid and found["distance_m"] < least_m else ""
     name = f" to {escape(found['name'])}" if found["name"] else ""
     return f"{mark}{value}{name}"
