@@ -21,7 +21,7 @@ from bimvox.records.dates import PlanDates
 from bimvox.records.declared import Maybe, Number, Record
 from bimvox.records.lift import Lift, Status
 from bimvox.records.track import LoadTrack
-from bimvox.records.unloading import UnloadingLift, unloading_lifts
+from bimvox.records.unloading import Lorries, UnloadingLift, deliveries_of, lorries_of, unloading_lifts
 from bimvox.rendering.page.lifts import LIFT as PAGE_LIFT
 from bimvox.rendering.page.lifts import Shown
 from bimvox.site.component import Component
@@ -234,6 +234,10 @@ class _Truck(NamedTuple):
         return [self.log.plan.site.components[lift.component] for lift in self.load]
 
     @property
+    def lorries(self) -> Lorries:
+        return lorries_of(self.log.plan.site, self.load)
+
+    @property
     def times(self) -> tuple[str | None, str | None]:
         """When it must be there and when it is unloaded; at its first lift if unloading takes no time."""
         if self.dates is None:
@@ -247,9 +251,10 @@ class _Truck(NamedTuple):
 
 
 class _Loaded(NamedTuple):
-    """A part on a truck: its place in the order of loading, its lift, and how it is unloaded."""
+    """A part on a truck: its place in the order of loading, its lorry, its lift, and how it is unloaded."""
 
     loaded: int
+    lorry: int | None
     part: Component
     lift: Lift
     size_m: tuple[float, float, float]
@@ -269,12 +274,17 @@ _TRUCK = Record(
      )),
     ("parts_on_truck", Number, "how many parts it carries", lambda it: len(it.load)),
     ("truck_mass_kg", float, "their mass", lambda it: sum(part.mass_kg for part in it.parts)),
+    ("lorries", Maybe(Number), "on how many lorries; empty if nothing limits them",
+     lambda it: it.lorries.count or None),
+    ("lorries_share", Maybe(float), "how full these are on average, 0..1: by payload or room, whichever is larger",
+     lambda it: sum(it.lorries.shares) / it.lorries.count if it.lorries.count else None),
 )  # fmt: skip
 _PART = Record(
     "ExportedPart",
     "A part of a delivery.",
     ("loaded", Number,
      "place in the order of loading, from 1: what is loaded first is unloaded last, and lifted first"),
+    ("lorry", Maybe(Number), "on which of the delivery's lorries, from 1; the last one is unloaded first"),
     ("component", str, "GlobalId, made unique", "part.id"),
     ("global_id", str, "IFC GlobalId, or the body's name", "part.global_id"),
     ("name", str, "the source's name", "part.name"),
@@ -303,17 +313,15 @@ def delivery_records(log: PlanLog, dates: PlanDates | None = None) -> list[dict[
 
     Of an extract, only its own lifts are listed.
     """
-    loads: dict[int, list[Lift]] = {}
-    for lift in sorted(log.plan.lifts, key=lambda lift: lift.order):
-        if lift.place is not None:
-            loads.setdefault(lift.place.delivery, []).append(lift)
+    loads = deliveries_of(log.plan.lifts)
     starts_ns = {track.lift.order: log.steps.starting_ns(track.start_ns) for track in tracks_of(log)}
     result = []
     for number, load in sorted(loads.items()):
         truck = _Truck(log, dates, number, load, starts_ns)
         unloading = {one.order: one for one in unloading_lifts(log.plan.site, load)}
+        lorry = {part.id: n for n, own in enumerate(truck.lorries.loads, start=1) for part in own}
         parts = [
-            _PART.of(_Loaded(loaded, part, lift, laid_flat_m(part.mesh), unloading.get(lift.order)))
+            _PART.of(_Loaded(loaded, lorry.get(part.id), part, lift, laid_flat_m(part.mesh), unloading.get(lift.order)))
             for loaded, (part, lift) in enumerate(zip(truck.parts, load, strict=True), start=1)
         ]
         result.append(_TRUCK.of(truck) | {"parts": parts})

@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 from bimvox.exporters.lift_schedule import LiftSchedule, LiftTask, Preparation, duration_text, time_text
 from bimvox.exporters.text import for_xml
+from bimvox.units import NS_PER_S
 
 NAMESPACE = "http://schemas.microsoft.com/project"
 
@@ -17,6 +18,7 @@ _GLOBAL_ID_FIELD = "188743731"  # Text1 of a task
 _ELAPSED_MINUTES = "4"  # of DurationFormat: elapsed time, not working hours
 _FINISH_TO_FINISH = "0"
 _FINISH_TO_START = "1"
+_AS_SOON_AS_POSSIBLE, _NOT_EARLIER = "0", "4"  # of ConstraintType
 _TENTHS_OF_MINUTES = 10
 _EQUIPMENT = "1"  # of a resource's Type: work, which includes equipment (0 is material)
 _FIXED_DURATION = "1"
@@ -28,7 +30,9 @@ _MINUTES = "3"  # of DurationFormat: working minutes
 def to_ms_project(schedule: LiftSchedule) -> bytes:
     """Return a schedule as Microsoft Project XML: tasks by storey and class, cranes and crews as resources.
 
-    A lift or step is a task; so are the set-up of the crane and the unloading of each delivery, if there are dates.
+    A lift or step is a task; so are the set-up of the crane and the unloading of each delivery, if there are dates. A
+    delivery follows the last lift of the one before, which frees the yard, and starts no earlier than its date. What
+    moves the end if it takes longer is critical.
 
     Durations of lifts are elapsed time to the second, those of steps working time. The calendar is the site's;
     without dates it is round the clock, so that no lift is stretched over a night.
@@ -60,11 +64,14 @@ def to_ms_project(schedule: LiftSchedule) -> bytes:
     first_uid = len(schedule.tasks) + 1
     preparing = {first_uid + n: one for n, one in enumerate(schedule.preparations)}
     tasks = _add(project, "Tasks")
-    for row, one in enumerate(_rows(schedule, preparing)):
-        entry = _task(tasks, row, one)
+    rows = list(_rows(schedule, preparing))
+    links = {one.uid: list(_links(schedule, preparing, one)) for one in rows}
+    critical = _critical(schedule, rows, links)
+    for row, one in enumerate(rows):
+        entry = _task(tasks, row, one, is_critical=one.uid in critical)
         if isinstance(one.task, LiftTask):
             _fill(entry, Notes=one.task.description)
-        for before, kind, gap in _links(schedule, preparing, one):
+        for before, kind, gap in links[one.uid]:
             lag = int(gap.total_seconds() * _TENTHS_OF_MINUTES / 60)
             _add(entry, "PredecessorLink", PredecessorUID=str(before), Type=kind, LinkLag=str(lag), **lags)
         if isinstance(one.task, LiftTask):
@@ -114,6 +121,8 @@ def _links(
 ) -> Iterator[tuple[int, str, timedelta]]:
     """Yield UID, kind and lag of the predecessors of a row."""
     start, finish = row.times
+    if isinstance(row.task, Preparation) and row.task.is_delivery:
+        yield from _before_delivery(schedule, preparing, row.task)
     if not isinstance(row.task, LiftTask):
         return
     for before, is_start in schedule.before(row.uid - 1):
@@ -124,8 +133,60 @@ def _links(
             yield uid, _FINISH_TO_START, start - schedule.times(one)[1]
 
 
-def _task(tasks: ElementTree.Element, number: int, row: _Row) -> ElementTree.Element:
+def _before_delivery(
+    schedule: LiftSchedule, preparing: Mapping[int, Preparation], own: Preparation
+) -> Iterator[tuple[int, str, timedelta]]:
+    """Yield what a delivery follows: the last lift before its first one, and the delivery or set-up before it.
+
+    Its date is a constraint of its own, so nothing lies between.
+    """
+    start = schedule.times(own)[0]
+    lifts = [n for n, task in enumerate(schedule.tasks) if task.crane is not None and task.number < own.first]
+    if lifts and schedule.times(schedule.tasks[lifts[-1]])[1] <= start:
+        yield lifts[-1] + 1, _FINISH_TO_START, timedelta()
+    earlier = [uid for uid, one in preparing.items() if one.first <= own.first and schedule.times(one)[1] <= start]
+    if earlier:
+        yield earlier[-1], _FINISH_TO_START, timedelta()
+
+
+def _critical(
+    schedule: LiftSchedule, rows: Sequence[_Row], links: Mapping[int, Sequence[tuple[int, str, timedelta]]]
+) -> frozenset[int]:
+    """Return the UIDs of what moves the end if it takes longer: what ends last, and what that waits for, in turn.
+
+    A lag is what the plan needs, so a link without slack is critical. A delivery that is unloaded working time before
+    its first lift has slack. A summary is critical if a task in it is.
+    """
+    tasks = {row.uid: row.task for row in rows if row.task is not None}
+    last = max((row.times[1] for row in rows if row.task is not None), default=None)
+    found = [row.uid for row in rows if row.task is not None and row.times[1] == last]
+    known = set(found)
+    for uid in found:
+        for before, *_ in links[uid]:
+            if before not in known and not _has_slack(schedule, tasks[before], tasks[uid]):
+                known.add(before)
+                found.append(before)
+    critical = set(found)
+    above: list[_Row] = []
+    for row in rows:
+        above = [one for one in above if one.level < row.level]
+        if row.uid in critical:
+            critical.update(one.uid for one in above)
+        if row.task is None:
+            above.append(row)
+    return frozenset(critical)
+
+
+def _has_slack(schedule: LiftSchedule, before: LiftTask | Preparation, task: LiftTask | Preparation) -> bool:
+    if schedule.dates is None or not isinstance(before, Preparation):
+        return False
+    end_ns, start_ns = (round(at_s * NS_PER_S) for at_s in (before.finish_s, task.start_s))
+    return schedule.dates.work.between(end_ns, start_ns) > NS_PER_S
+
+
+def _task(tasks: ElementTree.Element, number: int, row: _Row, *, is_critical: bool) -> ElementTree.Element:
     """Add a row."""
+    is_delivery = isinstance(row.task, Preparation) and row.task.is_delivery
     work_s, name = (None, row.name) if row.task is None else (row.task.work_s, row.task.name)
     start, finish = row.times
     length = finish - start if work_s is None else timedelta(seconds=round(work_s))
@@ -144,7 +205,9 @@ def _task(tasks: ElementTree.Element, number: int, row: _Row) -> ElementTree.Ele
         DurationFormat=_ELAPSED_MINUTES if work_s is None else _MINUTES,
         Milestone="0",
         Summary=str(int(row.task is None)),
-        ConstraintType="0",
+        Critical=str(int(is_critical)),
+        ConstraintType=_NOT_EARLIER if is_delivery else _AS_SOON_AS_POSSIBLE,
+        **({"ConstraintDate": start.isoformat()} if is_delivery else {}),
     )
 
 

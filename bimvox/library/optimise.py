@@ -151,9 +151,8 @@ def with_set_up(placed: PlacedSite, one: Tried) -> SiteConfig:
     )
     update: dict[str, Any] = {"crane": tables[0] if len(tables) == 1 else tables}
     if one.yard is not None:
-        update["areas"] = config.areas.model_copy(update={"yard": (one.yard.polygon,)})
         update["rules"] = config.rules.model_copy(update={"truckload_kg": one.yard.truckload_kg})
-    return config.model_copy(update=update)
+    return placed.with_areas_of(config.model_copy(update=update), None if one.yard is None else (one.yard.polygon,))
 
 
 def _loaded(read: ReadSite, config: SiteConfig, reporter: Progress) -> LoadedSite:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bimvox.errors import InputError, MissingPackageError
 from bimvox.files import write_atomically
 from bimvox.library.arguments import insist, path_of
-from bimvox.log.plan_log import PlanLog, all_remarks, with_full_rate
+from bimvox.log.plan_log import PlanLog, all_remarks, log_calendar, with_full_rate
 from bimvox.log.reader import read_log as read_record
 from bimvox.log.recorder import write_log as write_record
 from bimvox.motion.figures import PlanFigures, plan_figures
@@ -188,8 +188,8 @@ class Plan:
 
     @property
     def figures(self) -> PlanFigures:
-        """Figures of the planned lifts: methods, moves, crane time, hook travel."""
-        return plan_figures(self.record.plan, self.motions)
+        """Figures of the planned lifts: methods, moves, crane time, unloading, hook travel."""
+        return plan_figures(self.record.plan, self.motions, log_calendar(self.record))
 
     def require_sense(self, act: str) -> None:
         """Refuse a plan whose values make no sense; ``act`` is what cannot be done with it.

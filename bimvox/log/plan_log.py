@@ -245,7 +245,7 @@ def log_dates(log: PlanLog, start: datetime | None = None) -> PlanDates | None:
     if log.context:
         return None
     site = log.plan.site
-    dates = dates_of(_calendar(log), site, log.plan.lifts, log.motions, log.steps, start)
+    dates = dates_of(log_calendar(log), site, log.plan.lifts, log.motions, log.steps, start)
     if dates is None or (given := attached_programme(log)) is None:
         return dates
     with suppress(ConfigError):
@@ -273,7 +273,7 @@ def all_remarks(log: PlanLog) -> tuple[Remark, ...]:
     return tuple(sorted(found, key=lambda remark: rank.index(remark.severity)))
 
 
-def _calendar(log: PlanLog) -> CalendarConfig:
+def log_calendar(log: PlanLog) -> CalendarConfig:
     """Return the calendar of the attached site file; other tables of an earlier version's may not be readable."""
     try:
         values = toml_values(log.attachments.get(SITE_FILE, b"").decode("utf-8-sig"))

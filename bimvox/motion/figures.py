@@ -13,6 +13,8 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import utilisation
 from bimvox.records.lift import LiftPlan, Method, Status
 from bimvox.records.motion import LiftMotion, PhaseName, Trajectory
+from bimvox.records.unloading import Unloading, unloading_of
+from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.lifting import GoverningWind, governing_wind, hung_kg
 from bimvox.site.site import Site, SwingRule
 
@@ -51,6 +53,7 @@ class PlanFigures:
         critical: Lifts that use ``critical_share`` of the crane's capacity or more.
         critical_share: 0..1.
         highest: The largest share of the capacity that a lift uses; None without a crane, or beyond the chart.
+        unloading: The unloading of its deliveries, which the crane does in addition; None without a crane.
         swing: Whether the crane's moves are shaped against the swing of loads; None without a crane.
         cranes: Each crane, if the site has several.
         wind: The smallest wind in which every planned lift is permitted; None without a crane.
@@ -71,6 +74,12 @@ class PlanFigures:
     cranes: tuple[CraneFigures, ...] = ()
     wind: GoverningWind | None = None
     highest: float | None = None
+    unloading: Unloading | None = None
+
+    @property
+    def hook_s(self) -> float | None:
+        """Time on the hook: the lifts and the unloading of deliveries; None without a crane."""
+        return None if self.crane_s is None else self.crane_s + (self.unloading.seconds if self.unloading else 0.0)
 
     @property
     def length_ratio(self) -> float | None:
@@ -82,12 +91,19 @@ class PlanFigures:
         return self.methods[method] / self.planned if self.planned else 0.0
 
 
-def plan_figures(plan: LiftPlan, motions: Sequence[LiftMotion], *, critical_share: float | None = None) -> PlanFigures:
+def plan_figures(
+    plan: LiftPlan,
+    motions: Sequence[LiftMotion],
+    calendar: CalendarConfig | None = None,
+    *,
+    critical_share: float | None = None,
+) -> PlanFigures:
     """Return the figures of a plan.
 
     Args:
         plan: The plan.
         motions: Its motions; none without a crane.
+        calendar: What it says about unloading; None: nothing.
         critical_share: Utilisation from which a lift is critical, 0..1; None for the site's own rule.
     """
     share = plan.site.rules.critical_share if critical_share is None else critical_share
@@ -110,6 +126,7 @@ def plan_figures(plan: LiftPlan, motions: Sequence[LiftMotion], *, critical_shar
         cranes=_each(plan.site, motions) if plan.site.has_several_cranes else (),
         wind=governing_wind(plan.site, (plan.site.components[lift.component] for lift in planned)),
         highest=highest if isfinite(highest) else None,
+        unloading=unloading_of(calendar or CalendarConfig(), plan.site, plan.lifts) if motions else None,
     )
 
 

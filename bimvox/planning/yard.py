@@ -1,15 +1,15 @@
-"""Yard allocation: the place of each part in the yard, by deliveries (truckloads), and what one truck carries.
+"""Yard allocation: the place of each part in the yard, by deliveries.
 
 Parts are placed in the order in which they are needed. A place keeps the slinger's gap to its neighbours, is clear of
 structures, and lies within the crane's reach for the part's mass. A flat part goes under a stack if it can
 (:mod:`bimvox.planning.stacks`), a wall into a rack (:mod:`bimvox.planning.stacks`). Otherwise the place with the least
 travel time is used, including the travel from the part before; of equally good places the first.
 
-A new delivery begins if the next part does not fit into the yard or onto the truck (:mod:`bimvox.planning.yard`),
-or if the site file gives its place to another part of the delivery.
+A new delivery begins if the next part does not fit into the yard or onto its lorries (:mod:`bimvox.records.unloading`),
+if the site file gives its place to another part of the delivery, or where the fewest lorries come in all.
 It arrives when every earlier lift is finished. By then the yard is empty except for places that the site file gives to
 later parts, so an earlier arrival could bring no more. Parts of an earlier delivery that could not be lifted go back
-with the truck.
+with a lorry.
 
 The allocation scans the yard's cells instead of packing rectangles, because yards are polygons with holes (mast,
 structure) and the crane's reach cuts them too. Obstructions are ignored: they come and go, and a lift that one of them
@@ -18,141 +18,25 @@ blocks is reported as blocked.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.own_box import boxes_m
 from bimvox.crane.travel import Travel
 from bimvox.grid.frame import whole_cells
-from bimvox.kept import kept
 from bimvox.planning.best_place import BestPlace, Clearance, Lying, counts
 from bimvox.planning.stacks import Racks, Rectangle, Stacks, Taken, is_racked, is_stacked
 from bimvox.records.lift import YardPlace, yard_place
+from bimvox.records.unloading import Lorries, fewest_lorries
 from bimvox.site.collision import margin_vox
 from bimvox.site.component import Component, StoredPose, erection_size_vox, turned_shape
-from bimvox.site.default_rules import HEADROOM_M, INLOADER_M, NOTHING_KEPT
+from bimvox.site.default_rules import HEADROOM_M, NOTHING_KEPT
 from bimvox.site.means import Means
 from bimvox.site.site import HeadingRule, Site
-from bimvox.site.work import Work, kind_of
-
-# What one truck carries: its mass, and room for its parts on a flat bed or in an inloader.
-#
-# The rule of room: parts are loaded in the order of their lifts, so the one that is needed first is unloaded last and
-# lies on top in the yard. Each lies with its longest edge along the bed and its shortest upwards; a wall stands, and a
-# brace or a rafter, which is set at a slope, is laid flat. They lie one behind the other in a row, rows next to each
-# other in a layer, layers on each other with dunnage between. It leaves gaps that a good driver fills, and says nothing
-# about axle loads or how the load is secured.
-
-Size = tuple[float, float, float]
-"""Along, across and above the bed, m."""
-_ROUNDING_M = 1e-6
-_KG = 1e-6
-
-
-class Truckload:
-    """The parts on one truck so far.
-
-    A heavier part comes alone. A larger one comes with the delivery by a special transport, and takes no room on its
-    truck.
-
-    Args:
-        site: The site.
-    """
-
-    def __init__(self, site: Site) -> None:
-        self._most_kg = site.rules.truckload_kg
-        yard = site.rules.yard
-        beds = () if yard is None or yard.truck_m is None or not self._most_kg else (yard.truck_m, INLOADER_M)
-        self._empty = [_Bed(size, yard.dunnage_m) for size in beds if yard is not None]
-        self._beds = self._empty
-        self._mass_kg, self._parts = 0.0, 0
-
-    def __len__(self) -> int:
-        return self._parts
-
-    def is_full_for(self, component: Component) -> bool:
-        """Return whether a part must come with the next truck."""
-        if not self._parts or not self._most_kg:
-            return False
-        if self._mass_kg + component.mass_kg > self._most_kg + _KG:
-            return True
-        return self._takes_room(component) and not any(bed.with_part(_ways_m(component)) for bed in self._beds)
-
-    def add(self, component: Component) -> None:
-        """Load a part."""
-        if self._takes_room(component):
-            loaded = (bed.with_part(_ways_m(component)) for bed in self._beds)
-            self._beds = [bed for bed in loaded if bed is not None]
-        self._mass_kg += component.mass_kg
-        self._parts += 1
-
-    def _takes_room(self, component: Component) -> bool:
-        return any(bed.with_part(_ways_m(component)) for bed in self._empty)
-
-
-def fit_trucks(site: Site, order: Iterable[int], deliveries: Mapping[int, int]) -> bool:
-    """Return whether every delivery fits onto its truck, loaded in an order of all parts.
-
-    Args:
-        site: The site.
-        order: The parts in the order of their lifts.
-        deliveries: The delivery of each part that has a place in the yard.
-    """
-    loads: dict[int, Truckload] = {}
-    for part in order:
-        if part in deliveries:
-            load = loads.setdefault(deliveries[part], Truckload(site))
-            if load.is_full_for(site.components[part]):
-                return False
-            load.add(site.components[part])
-    return True
-
-
-@dataclass(frozen=True, slots=True)
-class _Bed:
-    size_m: Size
-    dunnage_m: float
-    top_m: float = 0.0  # of the layers below
-    rows_m: float = 0.0  # width of the finished rows of this layer
-    high_m: float = 0.0  # of this layer
-    row_m: tuple[float, float] = (0.0, 0.0)  # length and width of this row
-
-    def with_part(self, ways_m: tuple[Size, ...]) -> _Bed | None:
-        """Return the bed with one more part, which lies in the first way that an empty bed takes; None if full."""
-        empty = _Bed(self.size_m, self.dunnage_m)
-        way = next((way for way in ways_m if empty.holds(way)), None)
-        if way is None:
-            return None
-        along, across, high = way
-        (length, width), tallest = self.row_m, max(self.high_m, high)
-        same_row = self._with(self.top_m, self.rows_m, tallest, (length + along, max(width, across)))
-        next_row = self._with(self.top_m, self.rows_m + width, tallest, (along, across))
-        top_m = self.top_m + self.high_m + self.dunnage_m
-        next_layer = self._with(top_m, 0.0, high, (along, across))
-        return next((bed for bed in (same_row, next_row, next_layer) if bed.holds()), None)
-
-    def holds(self, more_m: Size | None = None) -> bool:
-        """Return whether what is loaded, or one part on an empty bed, is within its limits."""
-        used = more_m or (self.row_m[0], self.rows_m + self.row_m[1], self.top_m + self.high_m)
-        return all(own <= most + _ROUNDING_M for own, most in zip(used, self.size_m, strict=True))
-
-    def _with(self, top_m: float, rows_m: float, high_m: float, row_m: tuple[float, float]) -> _Bed:
-        return _Bed(self.size_m, self.dunnage_m, top_m, rows_m, high_m, row_m)
-
-
-@kept
-def _ways_m(component: Component) -> tuple[Size, ...]:
-    """Return how a part may lie on a truck, the usual way first."""
-    stands = kind_of(component) is Work.WALL
-    boxes = boxes_m(component.mesh)
-    pairs = (((long_m, wide_m, thin_m), (long_m, thin_m, wide_m)) for long_m, wide_m, thin_m in boxes)
-    return tuple(way for flat, on_edge in pairs for way in ((on_edge, flat) if stands else (flat, on_edge)))
-
 
 _GAP_VOX = 1
 
@@ -162,56 +46,100 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
 
     Returns per component (by index) its place; None if it does not fit into the empty yard, turned or not.
     """
-    empty = _open_yard(site)
-    lifted = (index for index in order if site.components[index].means is Means.CRANE)
-    given = [index for index in lifted if site.components[index].start_vox is not None]
-    places: list[YardPlace | None] = [None] * len(site.components)
-    now = _Delivery(site, 0, _without_given(site, empty, given))
-    best = BestPlace(site, _fixed_tops(site), travels)
-    before: dict[int, Component] = {}
-    borders = sorted({margin_vox(site), margin_vox(site, NOTHING_KEPT)}, reverse=True)
-    shares = (None, 1.0) if "highest_utilisation" in site.rules.gives_way else (None,)
-    for index in order:
+    allocation = _Allocation(site, travels)
+    left = [index for index in order if site.components[index].means is Means.CRANE]
+    allocation.given = [index for index in left if site.components[index].start_vox is not None]
+    fewest = fewest_lorries(site, [site.components[index] for index in left])
+    while left:
+        before = allocation.state()
+        count, best = allocation.deliver(left, fewest[-len(left) - 1 :])
+        if best < count:  # the parts after these come on fewer lorries with the next delivery
+            allocation.take_back(before)
+            count, _ = allocation.deliver(left[:best], fewest[-len(left) - 1 :])
+        left = left[count:]
+    return risen(site, order, allocation.places)
+
+
+class _Allocation:
+    """Gives the parts their places, one delivery after the other."""
+
+    def __init__(self, site: Site, travels: Sequence[Travel]) -> None:
+        self._site = site
+        self._empty = _open_yard(site)
+        self._best = BestPlace(site, _fixed_tops(site), tuple(travels))
+        self._borders = sorted({margin_vox(site), margin_vox(site, NOTHING_KEPT)}, reverse=True)
+        self._shares = (None, 1.0) if "highest_utilisation" in site.rules.gives_way else (None,)
+        self._before: dict[int, Component] = {}
+        self._number = -1
+        self.given: list[int] = []
+        self.places: list[YardPlace | None] = [None] * len(site.components)
+
+    def state(self) -> tuple[dict[int, Component], list[int], list[YardPlace | None], int]:
+        """Return what a delivery changes."""
+        return dict(self._before), list(self.given), list(self.places), self._number
+
+    def take_back(self, state: tuple[dict[int, Component], list[int], list[YardPlace | None], int]) -> None:
+        """Forget the deliveries since a state."""
+        self._before, self.given, self.places, self._number = state
+
+    def deliver(self, parts: Sequence[int], fewest: Sequence[int]) -> tuple[int, int]:
+        """Give the first of some parts their places: those of the next delivery.
+
+        ``fewest``: how many lorries bring the others after each of the parts.
+
+        Returns:
+            How many parts the delivery brings, and with how many of these the fewest lorries come in all.
+        """
+        self._number += 1
+        now = _Delivery(self._site, self._number, _without_given(self._site, self._empty, self.given))
+        best, least = 0, len(self.places) + 1
+        for count, index in enumerate(parts, start=1):
+            component = self._site.components[index]
+            if now.load.is_full_for(component) or not self._place(now, index):
+                break
+            lorries = now.load.count + fewest[count]
+            if lorries <= least:
+                best, least = count, lorries
+        else:
+            count = len(parts) + 1
+        now.settle(self.places)
+        return count - 1, best
+
+    def _place(self, now: _Delivery, index: int) -> bool:
+        """Give a part its place, if there is one; return False if it must come with the next delivery."""
+        site = self._site
         component = site.components[index]
-        if component.means is not Means.CRANE:
-            continue
-        fresh = _without_given(site, empty, given) if now.load else now.free
-        if now.load.is_full_for(component):
-            now.settle(places)
-            now = _Delivery(site, now.number + 1, fresh)
         if component.start_vox is not None:
             pose, turn = _given(component)
             place = (*component.start_vox[:2], *_footprint(component, pose, turn))
             if now.holds_at(place):
-                now.settle(places)
-                now = _Delivery(site, now.number + 1, fresh)
-            places[index] = yard_place(component, now.number, pose, component.start_vox, turn=turn)
-            given.remove(index)
+                return False
+            self.places[index] = yard_place(component, now.number, pose, component.start_vox, turn=turn)
+            self.given.remove(index)
             now.given.append(place)
             now.stacks.add(component, place)
             now.load.add(component)
-            continue
-        racked, alone = now.rooms(component, fresh)
+            return True
+        racked, alone = now.rooms(component, _without_given(site, self._empty, self.given))
         rooms = [
             (Clearance(border, False, share), room)
-            for border, share, some in product(borders, shares, (racked, alone))
+            for border, share, some in product(self._borders, self._shares, (racked, alone))
             for room in some
         ]
         if site.rules.heading is HeadingRule.WITH_JIB:
-            rooms.insert(0, (Clearance(borders[0], True), (*racked, *alone)[0]))
+            rooms.insert(0, (Clearance(self._borders[0], True), (*racked, *alone)[0]))
         for clearance, room in rooms:
-            found = best.of(component, room.columns, room.lyings, clearance, before.get(component.crane))
+            before = self._before.get(component.crane)
+            found = self._best.of(component, room.columns, room.lyings, clearance, before)
             if found is not None:
                 if room.is_fresh:
-                    now.settle(places)
-                    now = _Delivery(site, now.number + 1, fresh)
+                    return False
                 (pose, turn), cell = found
                 now.add(component, (*cell[:2], *_footprint(component, pose, turn)), room.side)
-                places[index] = yard_place(component, now.number, pose, cell, turn=turn)
-                before[component.crane] = component
-                break
-    now.settle(places)
-    return risen(site, order, places)
+                self.places[index] = yard_place(component, now.number, pose, cell, turn=turn)
+                self._before[component.crane] = component
+                return True
+        return True
 
 
 class _Room(NamedTuple):
@@ -231,7 +159,7 @@ class _Delivery:
 
     def __init__(self, site: Site, number: int, free: NDArray[np.bool_]) -> None:
         self._site, self._gap_vox = site, gap_vox(site)
-        self.number, self.free, self.load = number, free, Truckload(site)
+        self.number, self.free, self.load = number, free, Lorries(site)
         self.given: list[Rectangle] = []
         taken = Taken(self._gap_vox)
         self.stacks, self.racks = Stacks(site, taken), Racks(site, taken)

@@ -114,15 +114,23 @@ def check_unloading(check: Check, site: Site, lift: Lift) -> None:
 
 
 def check_truck(check: Check, site: Site, number: int, lifts: Sequence[Lift]) -> None:
-    """Check that the parts of a delivery fit onto one truck: their mass, and a bed or an inloader with room for them.
+    """Check that the parts of a delivery fit onto its lorries: their mass, and a bed or an inloader with room for them.
 
     A single part may be heavier; a part that fits neither comes by a special transport. Where the rules limit no mass,
-    there is no truck.
+    there is no lorry.
     """
     rules, most_kg = site.rules, site.rules.truckload_kg
     if most_kg <= 0.0:
         return
     parts = [site.components[lift.component] for lift in sorted(lifts, key=lambda lift: lift.order)]
+    if rules.yard is not None and rules.yard.lorries > 1:
+        beds_m = [] if rules.yard.truck_m is None else [np.array(rules.yard.truck_m), np.array(_INLOADER_M)]
+        needed = _lorries(parts, most_kg, beds_m, rules.yard.dunnage_m)
+        check.look(
+            needed <= rules.yard.lorries,
+            f"delivery {number} needs {needed} lorries, more than the {rules.yard.lorries} of a delivery",
+        )
+        return
     mass_kg = sum(part.mass_kg for part in parts)
     check.look(
         len(parts) == 1 or mass_kg <= most_kg + _EPS,
@@ -137,6 +145,40 @@ def check_truck(check: Check, site: Site, number: int, lifts: Sequence[Lift]) ->
         not loaded or any(_has_room(loaded, np.array(bed_m), dunnage_m) for bed_m in vehicles),
         f"delivery {number}: its {len(loaded)} parts do not fit onto a truck of {size} m",
     )
+
+
+def _lorries(
+    parts: Sequence[Component], most_kg: float, beds_m: Sequence[NDArray[np.float64]], dunnage_m: float
+) -> int:
+    """Return how many lorries bring parts, in the order of their lifts.
+
+    The smallest bed that takes a part alone is its own: a flat one, an inloader, or a special transport, which only its
+    mass fills. Panels have lorries of their own. A part goes onto the last lorry of its bed and sort; a panel that has
+    no room there onto the last one with panels of another bed, if all fit onto one bed, then onto those of its own
+    and of larger beds that bring other parts; otherwise onto a new lorry.
+    """
+    special = len(beds_m)
+    lorries: list[tuple[tuple[int, bool], list[Component]]] = []  # bed and sort of the first part, and all
+
+    def fit(bed: int, load: list[Component]) -> bool:
+        return bed == special or _has_room(load, beds_m[bed], dunnage_m)
+
+    for part in parts:
+        own = min((bed for bed in range(special) if fit(bed, [part])), default=special)
+        is_panel = own < special and kind_of(part) is Work.WALL
+        sorts = [(own, is_panel)]
+        if is_panel:
+            sorts += [(n, True) for n in range(special) if n != own] + [(n, False) for n in range(own, special + 1)]
+        for bed, panels in sorts:
+            load = next((found for sort, found in reversed(lorries) if sort == (bed, panels)), None)
+            if load is None or sum(one.mass_kg for one in load) + part.mass_kg > most_kg + _EPS:
+                continue
+            if any(fit(one, [*load, part]) for one in (range(special) if panels else (bed,))):
+                load.append(part)
+                break
+        else:
+            lorries.append((sorts[0], [part]))
+    return len(lorries)
 
 
 def _has_room(parts: Sequence[Component], bed_m: NDArray[np.float64], dunnage_m: float) -> bool:

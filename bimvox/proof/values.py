@@ -179,6 +179,7 @@ _YARD = {
     "dunnage_m": _Range(0.0, 1.0),
     "rack_parts": _Range(0.0, 100.0),
     "rack_depth": _Range(0.0, 2.0),
+    "lorries": _Range(1.0, 20.0),
 }
 _CRANE = {
     "mast_size_m": _Range(0.0, 100.0, with_low=False),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import datetime, timedelta
+from datetime import date, datetime, timedelta
 from heapq import heappop, heappush
 from operator import itemgetter
 
@@ -159,6 +159,28 @@ class WorkTime:
             at_ns = self._starts[n]
         return at_ns + work_ns
 
+    def begun(self, until_ns: int, work_ns: int) -> int:
+        """Return the latest time to begin work that may be interrupted and ends by a time; at the earliest 0."""
+        n = self._stretch(until_ns)
+        until_ns = max(until_ns, self._starts[n])
+        while n > 0 and until_ns - self._starts[n] < work_ns:
+            work_ns -= until_ns - self._starts[n]
+            n -= 1
+            until_ns = self._ends[n]
+        return max(self._starts[n], until_ns - work_ns)
+
+    def days_before(self, at_ns: int, days: int) -> int:
+        """Return when the working day begins that is so many working days before the day of a time."""
+        n = self._stretch(at_ns)
+        first, seen = n, {self._day(n)}
+        while n > 0:
+            n -= 1
+            seen.add(self._day(n))
+            if len(seen) > days + 1:
+                break
+            first = n
+        return self._starts[first]
+
     def fitting(self, at_ns: int, work_ns: int) -> int:
         """Return the first time from ``at_ns`` on to begin work that no break and no end of a shift may interrupt.
 
@@ -195,6 +217,9 @@ class WorkTime:
             self._starts.append(self._ns(first))
             self._ends.append(self._ns(last))
         return bisect_right(self._ends, at_ns)
+
+    def _day(self, n: int) -> date:
+        return (self.begins + timedelta(microseconds=self._starts[n] // _NS_PER_US)).date()
 
     def _ns(self, moment: datetime) -> int:
         return (moment - self.begins) // timedelta(microseconds=1) * _NS_PER_US
@@ -430,9 +455,11 @@ class _Walk:
                 self._step(item)
                 continue
             end_ns = self.work.worked(end_ns, item.begins_ns - clock_ns)
-            for number in sorted({delivery[order] for order in item.orders if order in delivery}):
-                end_ns = self._unloaded(number, end_ns)
-            start_ns = self.work.fitting(max(end_ns, self._carried_ns), item.ends_ns - item.begins_ns)
+            coming = sorted({delivery[order] for order in item.orders if order in delivery} - self.deliveries.keys())
+            work_ns = {number: self._unloading_ns(number) for number in coming}
+            ready_ns = self.work.worked(end_ns, sum(work_ns.values()))
+            start_ns = self.work.fitting(max(ready_ns, self._carried_ns), item.ends_ns - item.begins_ns)
+            self._unload(work_ns, end_ns, start_ns)
             self.starts_ns.append(start_ns)
             for motion in sorted((of_order[order] for order in item.orders), key=lambda motion: motion.released_ns):
                 self.lifts[motion.order] = at = self._lift(motion, start_ns - item.begins_ns)
@@ -455,15 +482,24 @@ class _Walk:
             is_unloaded_by_crane(self.calendar, self.site),
         )
 
-    def _unloaded(self, number: int, at_ns: int) -> int:
-        """Return when a delivery is unloaded that may arrive from a time on."""
-        if number in self.deliveries:
-            return at_ns
-        work_ns = round(unloading_s(self.calendar, self.site, self._loads[number]) * NS_PER_S)
-        if not work_ns:
-            return at_ns
-        self.deliveries[number] = (self.work.fitting(at_ns, 0), self.work.worked(at_ns, work_ns))
-        return self.deliveries[number][1]
+    def _unloading_ns(self, number: int) -> int:
+        return round(unloading_s(self.calendar, self.site, self._loads[number]) * NS_PER_S)
+
+    def _unload(self, work_ns: Mapping[int, int], from_ns: int, until_ns: int) -> None:
+        """Note when deliveries are unloaded: on the day of their first lift, or so many working days earlier.
+
+        ``work_ns``: the working time of each, in the order in which they come; ``from_ns``: when the yard is free for
+        them; ``until_ns``: when the first lift of theirs starts.
+        """
+        for number in sorted(work_ns, reverse=True):
+            if not work_ns[number]:
+                continue
+            earliest_ns = self.work.worked(from_ns, sum(work_ns[one] for one in work_ns if one < number))
+            begins_ns = self.work.begun(until_ns, work_ns[number])
+            begins_ns = self.work.days_before(begins_ns, self.calendar.delivery_days)
+            begins_ns = self.work.fitting(max(earliest_ns, begins_ns), 0)
+            self.deliveries[number] = (begins_ns, self.work.worked(begins_ns, work_ns[number]))
+            until_ns = begins_ns
 
     def _lift(self, motion: LiftMotion, shift_ns: int) -> tuple[int, int]:
         """Return start and release of a lift; the empty hook's way to it may begin after a break, not before it."""

@@ -96,6 +96,7 @@ class YardRules:
 
     Attributes:
         truck_m: Length, width and height that parts may take on a truck; None: its load has no size.
+        lorries: Most lorries of a delivery; 1: walls and others share one.
     """
 
     gap_m: float = 0.6
@@ -106,6 +107,7 @@ class YardRules:
     rack_parts: int = field(default=0, metadata=SPARSE)
     rack_depth: float = field(default=0.3, metadata=SPARSE)
     truck_m: tuple[float, float, float] | None = field(default=None, metadata=SPARSE)
+    lorries: int = field(default=1, metadata=SPARSE)
 
 
 HEADROOM_M: Final = 2.0
@@ -116,6 +118,8 @@ INLOADER_M: Final = (9.5, 1.5, 3.65)
 """Room for panels in an inloader."""
 RACKED_THINNESS: Final = 4.0
 """A wall at least this many times as high as thick on plan stands in a rack; assumed."""
-USUAL_YARD: Final = YardRules(rack_parts=10, truck_m=TRUCK_M)
+LORRIES: Final = 4
+"""Lorries of a delivery: what a crane sets in two days (professional judgement)."""
+USUAL_YARD: Final = YardRules(rack_parts=10, truck_m=TRUCK_M, lorries=LORRIES)
 TRUCK_KG: Final = 24_000.0
 """Payload of a truck in a new site file: 40 t (Directive 96/53/EC) less 16 t of tractor and trailer (assumed)."""

@@ -7,12 +7,13 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from bimvox.bim.building import ASSUMED, Building, Casting, Element, Role, TriangleMesh
 from bimvox.bim.kinds.kind import Confidence
 from bimvox.crane.machine import Machine, carries_most
-from bimvox.crane.reach import allowed_radii_m
+from bimvox.crane.reach import MARGIN_M, allowed_radii_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import GridTooLargeError, InputError, SelectionError
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
@@ -22,7 +23,7 @@ from bimvox.site.config.rules import RulesConfig, YardConfig
 from bimvox.site.config.site_config import ComponentConfig, MeansConfig, ModelConfig, Polygon, SiteConfig
 from bimvox.site.crane_guess import Chosen, CraneFit, Wanted, best_set_up, compare_cranes, fit_here
 from bimvox.site.default_rules import FAR_FROM_GROUND_M, TRUCK_KG
-from bimvox.site.demand import Rigs, hook_above_m, means_by
+from bimvox.site.demand import Demand, Rigs, hook_above_m, means_by
 from bimvox.site.ground import ground_level
 from bimvox.site.lifting import HangsAt, lifting_by
 from bimvox.site.machine import crane_config, cranes_of, machine_config
@@ -30,8 +31,9 @@ from bimvox.site.map_frame import read_from_map
 from bimvox.site.means import SAY_WHAT, Means, Reasoned, beyond_road, cast_alike, may_be_cast, nothing_to_lift
 from bimvox.site.parts import entries_by_id, is_erected
 from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, place_building, site_extent, top_m
-from bimvox.site.set_ups import ground_plan
-from bimvox.site.yard_guess import yard_need, yards_next_to
+from bimvox.site.set_ups import OPEN_ZONES, ground_plan, mast_clear_m
+from bimvox.site.trial import yard_points
+from bimvox.site.yard_guess import accesses_beside, yard_need, yards_next_to
 
 # What a crane is sized for: no part of doubtful kind or mass makes it larger than the usual ones.
 #
@@ -396,7 +398,59 @@ def _with_areas_and_crane(
             key=lambda these: min((_reached(crane, these, lifted, most_used) for crane in cranes), default=0),
         )
         chosen = config.crane
-    return config.model_copy(update={"areas": areas.model_copy(update={"yard": yards}), "crane": chosen})
+    is_guessed = areas.yard is None
+    config = _with_areas(config.model_copy(update={"areas": areas, "crane": chosen}), yard=yards)
+    if not is_guessed or areas.access is not None:
+        return config
+    return _with_areas(config, access=proposed_access(config, building, lifted))
+
+
+def _with_areas(config: SiteConfig, **areas: object) -> SiteConfig:
+    return config.model_copy(update={"areas": config.areas.model_copy(update=areas)})
+
+
+def proposed_access(config: SiteConfig, building: Building, lifted: Sequence[Element]) -> tuple[Polygon, ...] | None:
+    """Return where lorries stand: a lane from which a crane unloads all that it picks in the yard.
+
+    It lies along the yard or the construction area, clear of building, masts and closed zones, within the plot, near
+    the yard's places and a mast. If none serves with the usual share of the load chart, more of it is used.
+
+    Args:
+        config: The site file, with areas and cranes.
+        building: The building in the site frame.
+        lifted: Its parts that are lifted.
+
+    Returns:
+        None if there is no such lane, or no crane.
+    """
+    cranes, yards = cranes_of(config), config.areas.yard or ()
+    if not cranes or not yards or not lifted:
+        return None
+    rigs = rigs_of(config, lifted) if gear_by_crane(config, 1)[0] is not None else None
+    limits = dict.fromkeys((config.rules.usual_utilisation, config.rules.utmost_utilisation))
+    demands = [Demand(lifted, top_m(building), rigs, most_used) for most_used in limits]
+    clear_m = mast_clear_m(config)
+    masts = [shapely.Point(crane.base_m[:2]).buffer(clear_m + crane.mast_size_m / 2.0) for crane in cranes]
+    areas = [*yards, *((config.areas.construction,) if config.areas.construction else ())]
+    areas += [zone.polygon for zone in config.zone if zone.kind not in OPEN_ZONES]
+    taken = shapely.union_all([ground_plan(building.elements), *masts, *map(shapely.Polygon, areas)])
+
+    def picked(demand: Demand, points_m: NDArray[np.float64]) -> int:
+        used = [demand.as_used(crane) for crane in cranes]
+        numbers = (n for n in range(len(lifted)) if n not in demand.without_gear)
+        return sum(any(demand.picks(n, crane, points_m, MARGIN_M).any() for crane in used) for n in numbers)
+
+    plot = None if config.areas.plot is None else shapely.Polygon(config.areas.plot)
+    lanes = accesses_beside(yards, config.areas.construction, taken, [crane.base_m for crane in cranes])
+    within = [lane for lane in lanes if plot is None or plot.covers(shapely.Polygon(lane))]
+    places_m = [yard_points(_with_areas(config, yard=(lane,), construction=None)) for lane in within]
+    wanted = [picked(demand, yard_points(config)) for demand in demands]
+    counts = [[picked(demand, points_m) for demand in demands] for points_m in places_m]
+    for first in range(len(demands)):
+        for lane, count in zip(within, counts, strict=True):
+            if all(one >= least for one, least in zip(count[first:], wanted[first:], strict=True)):
+                return (lane,)
+    return None
 
 
 def rigs_of(config: SiteConfig, lifted: Sequence[Element]) -> Rigs:

@@ -252,13 +252,18 @@ def slews(bases_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArra
 _RING_M = 20.0
 """How far from building and yard a mast may stand."""
 _LEAST_PITCH_M = 1.0
-_OPEN = ("assembly", "slow", "limiter")
+OPEN_ZONES = ("assembly", "slow", "limiter")
 """Kinds of zones in which a mast may stand."""
 
 
 def ground_plan(elements: Iterable[Element]) -> BaseGeometry:
     """Return what the building covers on plan, every part and what exists already; courts and openings are free."""
     return shapely.union_all([shadow(one.mesh) for one in elements if one.role in BUILT])
+
+
+def mast_clear_m(config: SiteConfig) -> float:
+    """Return how far a mast is from all areas: loads in transit keep their clearance from it, also next to it."""
+    return max(MAST_CLEARANCE_M, config.rules_in_force.transit_clearance_m + MARGIN_M)
 
 
 class MastPlaces:
@@ -271,14 +276,13 @@ class MastPlaces:
 
     def __init__(self, config: SiteConfig, building: BaseGeometry) -> None:
         yards = [shapely.Polygon(one) for one in config.areas.yard or ()]
-        closed = [*(config.areas.access or ()), *(zone.polygon for zone in config.zone if zone.kind not in _OPEN)]
+        closed = [*(config.areas.access or ()), *(zone.polygon for zone in config.zone if zone.kind not in OPEN_ZONES)]
         taken = shapely.union_all([building, *yards, *(shapely.Polygon(one) for one in closed)])
         around = shapely.union_all([building, *yards]).convex_hull.buffer(_RING_M)
         self._free = shapely.difference(around, taken)
         self._outline = building.convex_hull
         self._courts = shapely.difference(_filled(building), building)
-        # Loads in transit keep their clearance from the mast, also next to it.
-        self._clear_m = max(MAST_CLEARANCE_M, config.rules_in_force.transit_clearance_m + MARGIN_M)
+        self._clear_m = mast_clear_m(config)
         self._plot = None if config.areas.plot is None else shapely.Polygon(config.areas.plot)
         self._areas: dict[tuple[float, float, bool], BaseGeometry] = {}
 

@@ -8,18 +8,20 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
 
 from bimvox.bim.building import Element
-from bimvox.crane.reach import MAST_CLEARANCE_M
 from bimvox.site.config.site_config import Polygon
-from bimvox.site.default_rules import TRUCK_M
 from bimvox.site.parts import is_erected
 
 TYPICAL_PARTS = 25
 """Parts that the yard should hold at once, because parts come in truckloads."""
 
-_PACKING = 1.3  # rows of unequal parts leave about a quarter of the yard unused
+_PACKING = 1.6  # rows of unequal parts, racks and the places of parts that lie turned leave much of it unused
 _LANE_M = 4.0  # a truck of 2.55 m, and room for a person
+_PLACES = 5  # of the yard along each axis, to compare lanes
+LORRY_M = 16.5
+"""Length of an articulated vehicle (Directive 96/53/EC)."""
 _WAY_M = 1.0  # between the construction area and the yard
 
 
@@ -135,38 +137,66 @@ def _half_up(value: float) -> float:
     return float(np.ceil(value * 2 - 1e-6) / 2)
 
 
-def access_beside(yard: Sequence[Polygon], construction: Polygon, masts_m: Sequence[Sequence[float]] = ()) -> Polygon:
-    """Return a strip along a side of the first yard's box, as wide as a lane.
+def accesses_beside(
+    yard: Sequence[Polygon], construction: Polygon | None, taken: BaseGeometry, masts_m: Sequence[Sequence[float]]
+) -> list[Polygon]:
+    """Return lanes along yard and construction area on which a lorry can stand, the best first.
 
-    It is the side nearest to a mast of those on which a truck can stand, clear of building and masts: there the crane
-    unloads the heaviest parts. Without one it is the side away from the building.
+    That is the one nearest to the yard's places and to a mast. A lane is as long as the side, and at least as long as a
+    lorry; then it may reach beyond either end.
 
-    ``construction``: outline of the construction area.
+    Args:
+        yard: The yard; lanes are along the sides of its first polygon's box, and of the construction area's.
+        construction: The construction area.
+        taken: Where no lorry drives.
+        masts_m: Feet of the masts.
     """
-    corners, middle = np.array(yard[0]), np.array(construction).mean(axis=0)
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = _box_of(yard[0])
+    boxes = [(low, high)]
+    if construction is not None:
+        first, last = _box_of(construction)
+        boxes.append((first - _WAY_M, last + _WAY_M))
+    sides = [(*box, axis, end) for box in boxes for axis in (0, 1) for end in (False, True)]
+    lanes = [[_lane(*side, at) for at in (0.5, 0.0, 1.0)] for side in sides]
+    free = [next((lane for lane in some if not lane.intersection(taken).area), None) for some in lanes]
+    masts = [shapely.Point(*foot[:2]) for foot in masts_m]
+    places = shapely.points(np.stack(np.meshgrid(*np.linspace(low, high, _PLACES).T), axis=-1))
+
+    def carried_m(lane: shapely.Polygon) -> float:
+        mast_m = min((lane.distance(mast) for mast in masts), default=0.0)
+        return round(mast_m + float(shapely.distance(places, lane).mean()), 6)
+
+    return [_polygon(lane) for lane in sorted((one for one in free if one is not None), key=carried_m)]
+
+
+def _box_of(polygon: Polygon) -> NDArray[np.float64]:
+    """Return the (2, 2) lowest and highest corner of a polygon."""
+    corners = np.array(polygon)
+    return np.stack([corners.min(axis=0), corners.max(axis=0)])
+
+
+def access_away(yard: Sequence[Polygon], construction: Polygon) -> Polygon:
+    """Return a lane along the side of the first yard's box that is away from the building."""
+    (low, high), middle = _box_of(yard[0]), np.array(construction).mean(axis=0)
     offset = (low + high) / 2.0 - middle
     axis = int(np.argmax(np.abs(offset) - (high - low) / 2.0))
-    away = _strip(low, high, axis, offset[axis] > 0)
-    masts = [shapely.Point(*foot[:2]) for foot in masts_m]
-    sides = [_strip(low, high, axis, is_high) for axis in (0, 1) for is_high in (False, True)]
-    free = [
-        one
-        for one in sides
-        if max(one.bounds[2] - one.bounds[0], one.bounds[3] - one.bounds[1]) >= TRUCK_M[0]
-        and not one.intersection(shapely.Polygon(construction)).area
-        and min((one.distance(mast) for mast in masts), default=0.0) >= _WAY_M + MAST_CLEARANCE_M
-    ]
-    best = min([away, *free], key=lambda one: min(one.distance(mast) for mast in masts)) if masts and free else away
-    x0, y0, x1, y1 = best.bounds
-    return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
+    return _polygon(_lane(low, high, axis, bool(offset[axis] > 0), 0.5))
 
 
-def _strip(low: NDArray[np.float64], high: NDArray[np.float64], axis: int, is_high: bool) -> shapely.Polygon:
-    """Return a lane along one side of a box."""
-    low, high = low.copy(), high.copy()
+def _lane(low: NDArray[np.float64], high: NDArray[np.float64], axis: int, is_high: bool, at: float) -> shapely.Polygon:
+    """Return a lane along one side of a box; what it is longer than the side lies before it by the share ``at``."""
+    low, high, along = low.copy(), high.copy(), 1 - axis
     if is_high:
         low[axis], high[axis] = high[axis], high[axis] + _LANE_M
     else:
         low[axis], high[axis] = low[axis] - _LANE_M, low[axis]
+    more_m = max(0.0, _half_up(LORRY_M) - float(high[along] - low[along]))
+    before_m = _half_up(at * more_m)
+    low[along] -= before_m
+    high[along] += more_m - before_m
     return shapely.box(*low.tolist(), *high.tolist())
+
+
+def _polygon(box: shapely.Polygon) -> Polygon:
+    x0, y0, x1, y1 = box.bounds
+    return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))

@@ -258,6 +258,20 @@ def _retrained(policy: Mapping[str, Any] | None) -> str | None:
     return None if policy is None else f"{policy['id']}, {policy['steps']:,} steps on the current site"
 
 
+def _unloading(figures: Mapping[str, Any]) -> str | None:
+    """Return what comes on how many lorries, and how long the hook works in all."""
+    found = figures.get("unloading")
+    if not found or not found["seconds"]:
+        return None
+    full = "" if found["share"] is None else f", {found['share']:.0%} full on average"
+    lorries = f"{found['lorries']:,} lorr{'y' if found['lorries'] == 1 else 'ies'}"
+    how = "" if found["is_by_crane"] else ", assumed or stated"
+    return (
+        f"{elapsed(found['seconds'])}{how}: {lorries}{full}; "
+        f"{elapsed(3600.0 * figures['hook_hours'])} on the hook in all"
+    )
+
+
 def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
     """Return the figures of a plan as names and values; None if one does not apply."""
     shares = figures["shares"].items()
@@ -273,6 +287,7 @@ def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
             if hours is None
             else f"{elapsed(3600.0 * hours)}, {elapsed(3600.0 * figures['loaded_hours'])} of it loaded",
         ),
+        ("unloading", _unloading(figures)),
         *(
             (f"crane {crane['name']}", f"{crane['lifts']:,} lifts, works {crane['busy_share']:.0%} of the time")
             for crane in figures.get("cranes", ())

@@ -23,6 +23,7 @@ from bimvox.files import (
     write_atomically,
     write_together,
 )
+from bimvox.library.optimise import with_set_up
 from bimvox.library.set_up_search.choose import search_set_ups
 from bimvox.library.set_up_search.pairs import names_of_two
 from bimvox.library.set_up_search.search import Search
@@ -73,9 +74,12 @@ def set_up(opened: Opened, one: Tried) -> Setup:
         cranes = [_one_of_two(one, first, own.height_m), _one_of_two(one.second, second, own.height_m)]
     more: dict[str, Any] = {}
     if one.yard is not None:
-        more = {"yard": (one.yard.polygon,)}
+        more["yard"] = (one.yard.polygon,)
         if one.yard.truckload_kg != opened.config.rules.truckload_kg:
             more["truckload_kg"] = one.yard.truckload_kg
+    access = with_set_up(opened, one).areas.access
+    if access != opened.config.areas.access:
+        more["access"] = access or ()
     return opened.setup.model_copy(update={"cranes": tuple(cranes), **more})
 
 

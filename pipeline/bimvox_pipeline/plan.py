@@ -15,7 +15,7 @@ from bimvox.library.arguments import PolicyWish
 from bimvox.library.plan import planned
 from bimvox.library.prove import Planned
 from bimvox.library.site import load_site, read_obstructions
-from bimvox.log.plan_log import PlanLog, log_dates, with_full_rate
+from bimvox.log.plan_log import PlanLog, log_calendar, log_dates, with_full_rate
 from bimvox.log.recorder import write_log
 from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
 from bimvox.motion.steps import steps_of
@@ -25,6 +25,7 @@ from bimvox.progress import Progress
 from bimvox.records.lift import LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import needed_by_ns, not_lifted_groups
+from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.site import names_by_id
 from bimvox.workers import Workers
 
@@ -65,7 +66,8 @@ def plan(
         progress.finish()
     assert made.policy is not None
     more: dict[str, Any] = {"retrained": made.retrained.to_dict()} if made.retrained is not None else {}
-    document = _document_of(Planned(made.record.plan, made.motions), made.policy)
+    calendar = log_calendar(made.record)
+    document = _document_of(Planned(made.record.plan, made.motions), made.policy, calendar)
     dates = log_dates(made.record)
     more |= {"calendar": dates.document() if dates else None}
     more |= {"remarks": [remark.to_dict() for remark in made.remarks]}
@@ -73,7 +75,7 @@ def plan(
     return {**document, **more, "log": str(target), "seconds": progress.seconds}
 
 
-def _document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
+def _document_of(proven: Planned, policy: PolicyInUse, calendar: CalendarConfig) -> dict[str, Any]:
     """Return the document of ``bimvox plan --json`` for a proven plan."""
     site = proven.plan.site
     motions = {motion.order: motion for motion in proven.motions}
@@ -113,7 +115,7 @@ def _document_of(proven: Planned, policy: PolicyInUse) -> dict[str, Any]:
         "verified": True,
         "cranes": [identity(crane) for crane in site.cranes],
         "policy": policy.to_dict(),
-        "figures": figures_document(plan_figures(proven.plan, proven.motions))
+        "figures": figures_document(plan_figures(proven.plan, proven.motions, calendar))
         | {"elapsed_hours": round(steps.elapsed_ns(proven.motions) / 3.6e12, 6) if motions else None},
         "lifts": lifts,
         "infeasible": infeasible_lifts(proven.plan, proven.motions),
@@ -162,6 +164,9 @@ def figures_document(figures: PlanFigures) -> dict[str, Any]:
         "shortest_moves": figures.shortest_moves,
         "moves_over_shortest": None if ratio is None else round(ratio, 6),
         "crane_hours": None if figures.crane_s is None else round(figures.crane_s / 3600.0, 6),
+        "unloading_hours": None if figures.unloading is None else round(figures.unloading.seconds / 3600.0, 6),
+        "hook_hours": None if figures.hook_s is None else round(figures.hook_s / 3600.0, 6),
+        "unloading": None if figures.unloading is None else asdict(figures.unloading),
         "loaded_hours": None if figures.loaded_s is None else round(figures.loaded_s / 3600.0, 6),
         "hook_travel_m": None if travel is None else round(travel, 3),
         "critical_lifts": figures.critical,

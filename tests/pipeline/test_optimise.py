@@ -102,7 +102,8 @@ DAMAGES: dict[str, Callable[[bytes], bytes]] = {
 
 def test_how_long_the_crane_moves_is_told_only_if_it_sets_every_part(made: tuple[Path, dict[str, Any]]) -> None:
     site, distant = made[0], made[0].with_name("distant.site.toml")
-    distant.write_text(re.sub(r"base_m = .*", "base_m = [-30, 3]", site.read_text()))
+    text = site.read_text().replace("\naccess = ", "\n# access = ")
+    distant.write_text(re.sub(r"base_m = .*", "base_m = [-30, 3]", text))
     document = run(distant, site.parent / "distant", effort=Effort(1, 0, cranes=1), crane="hammerhead-45")
     given, (found,) = document["baseline"], document["front"]
     assert given["refused"] > found["refused"] == 0
@@ -172,6 +173,8 @@ def test_a_set_up_with_another_yard_plans_as_it_is(made: tuple[Path, dict[str, A
     for one in moved:
         written = load_site_config(Path(one["site"]))
         assert [list(corner) for corner in written.areas.yard[0]] == one["yard"]
+        (lane,), yard = written.areas.access, shapely.Polygon(written.areas.yard[0])
+        assert shapely.Polygon(lane).distance(yard) == 0.0 and not shapely.Polygon(lane).intersection(yard).area
         assert written.rules.truckload_kg == one["truckload_kg"]
         assert (one["refused"], one["error"]) == (0, None)
     rows = list(csv.DictReader(Path(document["table"]).read_text().splitlines()))
@@ -180,11 +183,15 @@ def test_a_set_up_with_another_yard_plans_as_it_is(made: tuple[Path, dict[str, A
 
 def test_the_yard_stays_where_trucks_or_parts_have_their_places(made: tuple[Path, dict[str, Any]]) -> None:
     site, _ = made
-    config = open_site(site).config
-    assert may_move(config)
+    opened = open_site(site)
+    assert opened.config.areas.access and not may_move(opened.config)
+    config = opened.searched
+    assert may_move(config), "an access as init gives it moves with the yard"
     street = ((-30.0, -30.0), (-20.0, -30.0), (-20.0, -26.0))
     areas = config.areas.model_copy(update={"access": (street,)})
-    assert not may_move(config.model_copy(update={"areas": areas}))
+    elsewhere = config.model_copy(update={"areas": areas})
+    assert not may_move(elsewhere)
+    assert PlacedSite(elsewhere, opened.building).searched is elsewhere
     given = ComponentConfig(global_id="x", start=(1.0, 2.0))
     assert not may_move(config.model_copy(update={"component": (given,)}))
 

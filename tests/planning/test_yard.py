@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from box_sites import box_site
 from hypothesis import given
 from hypothesis import strategies as st
 from slab_yards import slab_site
@@ -11,13 +12,14 @@ from slab_yards import slab_site
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
-from bimvox.planning.yard import Truckload, fit_trucks
 from bimvox.proof.plan import verify_plan
-from bimvox.proof.storage import _has_room
+from bimvox.proof.storage import _has_room, _lorries
 from bimvox.records.lift import LiftPlan, Status
+from bimvox.records.unloading import Lorries, deliveries_of, fewest_lorries, fit_lorries, lorries_of, unloading_of
+from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.default_rules import TRUCK_M, YardRules
 from bimvox.site.lifting import hung_kg
-from bimvox.site.site import Site
+from bimvox.site.site import Rules, Site
 
 TRUCK = YardRules(truck_m=TRUCK_M)
 
@@ -28,10 +30,10 @@ def site_of(sizes, lying: YardRules = TRUCK, truckload_kg: float = 1e6) -> Site:
 
 def loads_of(site: Site) -> list[int]:
     """Return how many parts each truck brings if they are loaded one after the other."""
-    found, load = [], Truckload(site)
+    found, load = [], Lorries(site)
     for component in site.components:
         if load.is_full_for(component):
-            found, load = [*found, len(load)], Truckload(site)
+            found, load = [*found, len(load)], Lorries(site)
         load.add(component)
     return [*found, len(load)]
 
@@ -114,10 +116,95 @@ def test_whether_parts_fit_depends_on_the_order_in_which_they_are_loaded():
     long, short = (10.0, 1.5, 0.5), (3.0, 1.5, 0.5)  # the long ones are too long for an inloader
     site = site_of((long, short, long, short), dataclasses.replace(TRUCK, truck_m=(13.6, 3.0, 0.5)))
     on_one = dict.fromkeys(range(4), 0)
-    assert fit_trucks(site, (0, 1, 2, 3), on_one), "two rows of a long and a short one"
-    assert not fit_trucks(site, (0, 2, 1, 3), on_one), "a row of a long one alone, and no room for a third row"
-    assert fit_trucks(site, (0, 2, 1, 3), {0: 0, 2: 0, 1: 1, 3: 1})
-    assert fit_trucks(site, (0, 2, 1, 3), {0: 0, 1: 0, 3: 0}), "a part without a place comes with no truck"
+    assert fit_lorries(site, (0, 1, 2, 3), on_one) == 1, "two rows of a long and a short one"
+    assert fit_lorries(site, (0, 2, 1, 3), on_one) is None, "a row of a long one alone, and no room for a third row"
+    assert fit_lorries(site, (0, 2, 1, 3), {0: 0, 2: 0, 1: 1, 3: 1}) == 2
+    assert fit_lorries(site, (0, 2, 1, 3), {0: 0, 1: 0, 3: 0}) == 1, "a part without a place comes with no truck"
+
+
+SEVERAL = dataclasses.replace(TRUCK, lorries=3, gap_m=0.0)
+PANEL, HIGH_PANEL = (6.0, 3.2, 0.2), (6.0, 3.9, 0.2)  # the first needs an inloader, the second is higher than that
+
+
+def test_of_several_lorries_each_has_its_bed():
+    slab, wide = (6.0, 2.0, 0.2), (6.0, 3.2, 0.2)  # the second needs an inloader
+    load = Lorries(site := site_of((slab, wide, slab, wide), SEVERAL, 24_000.0))
+    for component in site.components:
+        assert not load.is_full_for(component)
+        load.add(component)
+    assert [[site.components.index(part) for part in own] for own in load.loads] == [[0, 2], [1, 3]]
+    masses = [sum(part.mass_kg for part in own) for own in load.loads]
+    assert list(load.shares) == pytest.approx([mass / 24_000.0 for mass in masses])
+
+
+def test_a_load_without_weight_is_full_by_its_room():
+    (component,) = (site := site_of(((13.6, 3.0, 2.6),), SEVERAL, 1e6)).components
+    load = Lorries(site)
+    load.add(component)
+    assert load.shares == (pytest.approx(2.6 / 2.8),)
+
+
+def test_a_delivery_ends_where_the_fewest_lorries_come_in_all():
+    """Greedily, the first two lorries would bring a panel; the other two would then need two more."""
+    slab, panel = (6.0, 2.0, 0.2), (4.0, 3.2, 0.2)
+    site = site_of((*(slab,) * 4, panel, panel, slab, panel), dataclasses.replace(SEVERAL, lorries=2), 24_000.0)
+    assert fewest_lorries(site, site.components) == [3, 2, 2, 2, 2, 2, 2, 1, 0]
+    plan = planned(site)
+    found = unloading_of(CalendarConfig(), plan.site, plan.lifts)
+    assert found.lorries == sum(lorries_of(plan.site, own).count for own in deliveries_of(plan.lifts).values()) == 3
+    assert found.share == pytest.approx(sum(part.mass_kg for part in site.components) / 72_000.0)
+    assert not failures(plan)
+
+
+def test_a_delivery_on_more_lorries_than_the_site_takes_is_refused():
+    plan = planned(site_of(((6.0, 2.0, 0.2),) * 9, SEVERAL, 24_000.0))
+    assert {lift.place.delivery for lift in plan.lifts} == {0}
+    fewer = dataclasses.replace(plan.site.rules, yard=dataclasses.replace(SEVERAL, lorries=2))
+    forged = dataclasses.replace(plan, site=dataclasses.replace(plan.site, rules=fewer))
+    assert "delivery 0 needs 3 lorries, more than the 2 of a delivery" in failures(forged)
+
+
+@given(
+    sizes=st.lists(st.tuples(st.sampled_from((1.0, 3.0, 4.5)), EDGES, EDGES), min_size=1, max_size=6),
+    truck_m=st.tuples(st.sampled_from((4.0, 9.0)), st.sampled_from((1.0, 3.0)), st.sampled_from((0.5, 2.8))),
+    most=st.integers(2, 4),
+    payload_kg=st.sampled_from((5e3, 2e4, 1e6)),
+)
+def test_the_proof_counts_as_many_lorries_by_itself(sizes, truck_m, most, payload_kg):
+    plan = planned(site_of(sizes, YardRules(truck_m=truck_m, gap_m=0.0, lorries=most), payload_kg))
+    assert not failures(plan)
+    beds_m = [np.array(truck_m), np.array((9.5, 1.5, 3.65))]
+    for number in {lift.place.delivery for lift in plan.lifts if lift.place is not None}:
+        own = [lift for lift in plan.lifts if lift.place is not None and lift.place.delivery == number]
+        parts = [plan.site.components[lift.component] for lift in sorted(own, key=lambda lift: lift.order)]
+        assert lorries_of(plan.site, own).count == _lorries(parts, payload_kg, beds_m, 0.1) <= most
+
+
+def test_low_panels_ride_with_high_ones_if_one_bed_takes_all():
+    low, long = (6.0, 2.4, 0.2), (12.0, 2.4, 0.2)  # the second is too long for an inloader
+    assert loads_on_several(low, PANEL, low) == [3]
+    assert loads_on_several(long, PANEL, low) == [2, 1], "the low one stays with the long one, on a flat bed"
+
+
+def test_a_panel_may_ride_on_a_special_transport_that_comes_anyway():
+    assert loads_on_several(HIGH_PANEL, PANEL) == [2]
+    assert loads_on_several(HIGH_PANEL, PANEL, PANEL) == [2, 1], "the payload is used up"
+
+
+def loads_on_several(*sizes) -> list[int]:
+    """Return how many walls (length, height, thickness) each lorry brings, by planner and proof."""
+    parts = [
+        (f"wall {n}", (0.5, 1.5 * n, 0.0), (0.5 + length, 1.5 * n + thick, high), {"ifc_class": "IfcWall"})
+        for n, (length, high, thick) in enumerate(sizes)
+    ]
+    rules = Rules(rope=False, yard=SEVERAL, truckload_kg=24_000.0)
+    site = box_site(parts, shape=(64, 50, 28), yard=((24.0, 0.0), (64.0, 50.0)), rules=rules)
+    load = Lorries(site)
+    for component in site.components:
+        load.add(component)
+    beds_m = [np.array(TRUCK_M), np.array((9.5, 1.5, 3.65))]
+    assert _lorries(site.components, 24_000.0, beds_m, SEVERAL.dunnage_m) == load.count
+    return [len(own) for own in load.loads]
 
 
 def picked(rules: dict[str, object], yard: tuple[tuple[float, float], tuple[float, float]]) -> list[float]:

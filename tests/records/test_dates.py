@@ -25,7 +25,7 @@ SITE = SimpleNamespace(
     access=None,
     cranes=(),
     components=[SimpleNamespace(means=means, crane=0) for means in (Means.IN_SITU, Means.BY_HAND)],
-    rules=SimpleNamespace(casting=SimpleNamespace(people=8.0), curing=None),
+    rules=SimpleNamespace(casting=SimpleNamespace(people=8.0), curing=None, yard=None, truckload_kg=0.0),
 )
 
 
@@ -35,7 +35,7 @@ def lifts_of(lengths_s, delivery=None):
     for order, length_s in enumerate(lengths_s):
         ends_ns = at_ns + length_s * S
         place = None if delivery is None else SimpleNamespace(delivery=delivery[order])
-        lifts.append(SimpleNamespace(order=order, place=place))
+        lifts.append(SimpleNamespace(order=order, place=place, component=0))
         motions.append(
             SimpleNamespace(
                 order=order,
@@ -186,6 +186,33 @@ def test_a_wait_runs_through_the_night_and_the_crane_waits_only_for_what_is_left
     found = dated(calendar_of(), [600, 600], steps)
     assert found.moment(found.steps[1][2]) == datetime(2026, 3, 10, 0, 10)
     assert found.moment(found.lifts[1][0]) == datetime(2026, 3, 10, 7, 0)
+
+
+def waits_for_concrete(**keys) -> PlanDates:
+    """Return the dates of two lifts; the second waits three weeks for what is cast after the first."""
+    wait_ns = 21 * 24 * H
+    steps = Steps((Step(1, 0, 600 * S, 4200 * S, 4200 * S + wait_ns),), (Pause(2, 600 * S, 3600 * S + wait_ns),))
+    return dated(calendar_of(unloading_s=3600.0, **keys), [600, 600], steps, delivery=[0, 1])
+
+
+def test_a_delivery_comes_on_the_day_of_its_first_lift_not_weeks_before():
+    found = waits_for_concrete()
+    begins, ends = (found.moment(at) for at in found.deliveries[1])
+    assert ends <= found.moment(found.lifts[1][0])
+    assert begins.date() == found.moment(found.lifts[1][0]).date() > MONDAY + timedelta(days=14)
+    assert is_working(found, begins, ends)
+
+
+@pytest.mark.parametrize("days", [1, 3])
+def test_a_delivery_may_come_some_working_days_before_if_the_yard_is_free(days):
+    found, late = waits_for_concrete(delivery_days=days), waits_for_concrete()
+    assert found.lifts == late.lifts, "nothing else moves"
+    first, usual = (one.moment(one.deliveries[1][0]).date() for one in (found, late))
+    between = (first + timedelta(days=n) for n in range((usual - first).days))
+    assert sum(found.calendar.hours.works(day) for day in between) == days
+    assert found.deliveries[0] == late.deliveries[0], "the first one comes when work begins"
+    far = waits_for_concrete(delivery_days=60)
+    assert far.deliveries[1][0] >= far.lifts[0][1], "the yard is full until then"
 
 
 def test_two_cranes_stop_only_while_no_load_hangs():

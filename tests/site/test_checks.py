@@ -61,7 +61,7 @@ def test_a_new_site_file_proposes_the_strip_on_the_far_side_of_the_yard():
     text = "construction = [[0, 0], [9, 0], [9, 5], [0, 5]]\nyard = [[[0, -12], [9, -12], [9, -2], [0, -2]]]"
     written = site_toml(read(text))
     line = next(line for line in written.splitlines() if "access" in line)
-    assert line.startswith("# access = [[[0, -16], [9, -16], [9, -12], [0, -12]]]")
+    assert line.startswith("# access = [[[-4, -16], [12.5, -16], [12.5, -12], [-4, -12]]]")
     assert read(written).areas.access is None
     taken = read(written.replace("# access", "access"))
     assert taken.areas.access is not None

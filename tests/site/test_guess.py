@@ -23,9 +23,19 @@ from bimvox.site.config.site_config import (
     MeansConfig,
     ModelConfig,
     SiteConfig,
+    ZoneConfig,
 )
-from bimvox.site.guess import PLANNING_CELLS, VOXEL_SIZES_M, complete_config, cranes_that_fit, guess_site
-from bimvox.site.machine import crane_config, crane_of
+from bimvox.site.guess import (
+    PLANNING_CELLS,
+    VOXEL_SIZES_M,
+    complete_config,
+    cranes_that_fit,
+    guess_site,
+    lifted_of,
+    placed_on_site,
+    proposed_access,
+)
+from bimvox.site.machine import crane_config, crane_of, cranes_of
 from bimvox.site.means import Means, means_of
 from bimvox.site.parts import centre_of_mass_m
 from bimvox.site.placement import place_building, site_extent
@@ -298,3 +308,29 @@ def test_the_crane_is_chosen_for_what_is_lifted():
     config = guess_site(building, ModelConfig(path="a.ifc"))
     assert config.component == ()
     assert cranes_that_fit(config, building)[0].unserved == ()
+
+
+def test_a_new_site_has_a_lane_from_which_the_crane_unloads_every_part() -> None:
+    config = guess_site(frame_house(), ModelConfig(path="house.ifc"))
+    (lane,) = config.areas.access or ()
+    own, taken = shapely.Polygon(lane), [config.areas.construction, *(config.areas.yard or ())]
+    assert not any(own.intersection(shapely.Polygon(area)).area for area in taken)
+    (crane,) = cranes_of(config)
+    assert own.distance(shapely.Point(crane.base_m[:2])) > crane.mast_size_m / 2.0
+    kept = config.model_copy(update={"areas": config.areas.model_copy(update={"access": None})})
+    placed = placed_on_site(kept, frame_house())
+    assert proposed_access(kept, placed, lifted_of(kept, placed)) == (lane,)
+    given = complete_config(kept, frame_house())
+    assert given.areas.access is None, "who gives the yard says where lorries stand"
+
+
+def test_a_lane_lies_on_the_plot_and_off_closed_zones() -> None:
+    config = guess_site(frame_house(), ModelConfig(path="house.ifc"))
+    placed, lane = placed_on_site(config, frame_house()), (config.areas.access or ())[0]
+    lifted = lifted_of(config, placed)
+    closed = config.model_copy(update={"zone": (ZoneConfig(kind="prohibited", polygon=lane),)})
+    assert proposed_access(closed, placed, lifted) != (lane,)
+    tight = shapely.MultiPoint([at for area in (config.areas.yard or ()) for at in area]).convex_hull
+    plot = tuple(tight.exterior.coords[:-1])
+    within = config.model_copy(update={"areas": config.areas.model_copy(update={"plot": plot})})
+    assert proposed_access(within, placed, lifted) is None

@@ -7,7 +7,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bimvox.site.yard_guess import YardNeed, access_beside, yard_beside, yards_next_to
+from bimvox.site.yard_guess import YardNeed, access_away, accesses_beside, yard_beside, yards_next_to
 
 BOX_M = np.array([[0.0, 0.0], [30.0, 12.0]])
 NEED = YardNeed(width_m=4.0, depth_m=6.0, longest_m=7.0, area_m2=120.0)
@@ -32,14 +32,31 @@ CONSTRUCTION = ((0.0, 0.0), (30.0, 0.0), (30.0, 12.0), (0.0, 12.0))
 YARD = ((0.0, -16.0), (20.0, -16.0), (20.0, -1.0), (0.0, -1.0))
 
 
-def bounds(masts_m):
-    return shapely.Polygon(access_beside([YARD], CONSTRUCTION, masts_m)).bounds
+def lanes(masts_m, more=()):
+    taken = shapely.union_all([shapely.Polygon(YARD), shapely.Polygon(CONSTRUCTION), *more])
+    return [shapely.Polygon(lane).bounds for lane in accesses_beside([YARD], CONSTRUCTION, taken, masts_m)]
 
 
-def test_trucks_stand_on_the_side_of_the_yard_that_is_nearest_to_the_crane() -> None:
-    away = (0.0, -20.0, 20.0, -16.0)
-    assert bounds([]) == away
-    assert bounds([(33.0, -5.0, 0.0)]) == (20.0, -16.0, 24.0, -1.0)
-    assert bounds([(-8.0, 4.0, 0.0)]) == (-4.0, -16.0, 0.0, -1.0)
-    assert bounds([(10.0, -30.0, 0.0)]) == away
-    assert bounds([(22.0, -5.0, 0.0)]) == away, "a mast stands where the nearest would be"
+def test_lorries_stand_along_the_yard_where_it_is_nearest_to_its_places_and_the_crane() -> None:
+    away, left, right = (0.0, -20.0, 20.0, -16.0), (-4.0, -17.0, 0.0, -0.5), (20.0, -17.0, 24.0, -0.5)
+    assert lanes([(10.0, -22.0, 0.0)])[:3] == [away, left, right]
+    assert lanes([(33.0, -5.0, 0.0)])[0] == right
+    assert lanes([(-8.0, 4.0, 0.0)])[0] == left
+
+
+def test_lorries_may_stand_on_the_side_of_the_building_where_the_crane_is() -> None:
+    assert (0.0, 13.0, 30.0, 17.0) in [(x0 + 1.0, y0, x1 - 1.0, y1) for x0, y0, x1, y1 in lanes([(15.0, 22.0, 0.0)])]
+
+
+def test_a_lane_is_clear_of_what_is_taken_and_takes_a_lorry() -> None:
+    wall = shapely.box(20.0, -18.0, 22.0, -16.5)
+    found = lanes([], [wall])
+    assert not any(x0 == 20.0 for x0, *_ in found), "further from the wall it would be in the building"
+    for x0, y0, x1, y1 in found:
+        assert max(x1 - x0, y1 - y0) >= 16.5
+        assert not shapely.box(x0, y0, x1, y1).intersection(wall).area
+    assert len(lanes([], [shapely.box(-50.0, -50.0, 50.0, 50.0)])) == 0
+
+
+def test_without_a_free_side_the_lane_is_away_from_the_building() -> None:
+    assert shapely.Polygon(access_away([YARD], CONSTRUCTION)).bounds == (0.0, -20.0, 20.0, -16.0)

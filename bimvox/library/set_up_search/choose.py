@@ -249,12 +249,12 @@ def search_set_ups(
     lattice = closer(search, lattice, effort.members)
     progress.finish()
     found, trials = list(lattice), 0
-    if effort.yards and may_move(site.config):
+    if effort.yards and may_move(site.searched):
         most = max((one.served for one in lattice), default=0)
         able = [machine for machine in machines if search.carries(machine) >= most]
         moved, trials = other_yards(site, search, able, folder, effort, progress)
         found += [better_placed(search, one) if one.served >= most else one for one in moved]
-    if effort.cranes > 1 and may_pair(site.config):
+    if effort.cranes > 1 and may_pair(site.searched):
         progress.stage("pairs")
         found += pairs(search, machines)
         progress.finish()

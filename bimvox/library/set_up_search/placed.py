@@ -19,10 +19,13 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.travel import Travel
 from bimvox.planning.best_place import SAME_S
 from bimvox.planning.stacks import is_stacked
-from bimvox.planning.yard import Truckload, gap_vox, storage_poses
+from bimvox.planning.yard import gap_vox, storage_poses
+from bimvox.records.unloading import Lorries
 from bimvox.site.component import Component, erection_size_vox, turned_hook, turned_shape
 from bimvox.site.config.site_config import Polygon, SiteConfig
 from bimvox.site.demand import means_by
+from bimvox.site.guess import proposed_access
+from bimvox.site.means import Means
 from bimvox.site.parts import entries_by_id
 from bimvox.site.placement import place_building, top_m
 from bimvox.site.site import Site
@@ -61,6 +64,31 @@ class PlacedSite:
         return [one for one in self.placed.elements if one.role is Role.COMPONENT and one.id not in pinned]
 
     @cached_property
+    def lifted(self) -> list[Element]:
+        """The parts that cranes lift."""
+        return [part for part in self.parts if self.means[part.id] == Means.CRANE.value]
+
+    @cached_property
+    def searched(self) -> SiteConfig:
+        """The values for which set-ups are searched: an access as `init` gives it moves with yard and cranes."""
+        free = _with_areas(self.config, access=None)
+        if not self.config.areas.access or self.config.areas.access != self.proposed_access(free):
+            return self.config
+        return free
+
+    def proposed_access(self, config: SiteConfig) -> tuple[Polygon, ...] | None:
+        """Return where lorries stand with other values of the site file; None if there is no such place."""
+        return proposed_access(config, self.placed, self.lifted)
+
+    def with_areas_of(self, config: SiteConfig, yard: tuple[Polygon, ...] | None) -> SiteConfig:
+        """Return other values of the site file with a yard, and with an access for them if it moves with them."""
+        moved = config if yard is None else _with_areas(config, yard=yard)
+        if self.searched is self.config:
+            return moved
+        free = _with_areas(moved, access=None)
+        return _with_areas(free, access=self.proposed_access(free))
+
+    @cached_property
     def entries(self) -> Mapping[str, Any]:
         """The ``[[component]]`` table of each part that has one, by element id."""
         return entries_by_id(self.config, self.placed.elements)
@@ -75,6 +103,10 @@ class PlacedSite:
     def load_top_m(self) -> float:
         """Height that the top of a load must reach."""
         return top_m(self.placed) + 2 * (self.config.model.voxel_size_m or 0.0)
+
+
+def _with_areas(config: SiteConfig, **areas: object) -> SiteConfig:
+    return config.model_copy(update={"areas": config.areas.model_copy(update=areas)})
 
 
 # Where each part is picked in a yard, about as the plan places it (:mod:`bimvox.planning.yard`).
@@ -203,11 +235,11 @@ def taken_m2(site: Site, components: Sequence[Component]) -> NDArray[np.float64]
 
     Those in one stack lie on the first one.
     """
-    load, gap, area_vox = Truckload(site), gap_vox(site), 0
+    load, gap, area_vox = Lorries(site), gap_vox(site), 0
     found = []
     for part in components:
         if load.is_full_for(part):
-            load, area_vox = Truckload(site), 0
+            load, area_vox = Lorries(site), 0
         found.append(area_vox)
         if not (load and is_stacked(site, part)):
             size_x, size_y, _ = erection_size_vox(part.shape, storage_poses(part)[0])

@@ -50,7 +50,7 @@ class Search:
     """
 
     def __init__(self, placed: PlacedSite, progress: Progress) -> None:
-        config = placed.config
+        config = placed.searched
         site = built_site(config, placed.building, {}, progress).site
         progress.stage("order")
         elements = {part.id: part for part in placed.parts}

@@ -35,7 +35,8 @@ from bimvox.planning.order.makespan import (
 )
 from bimvox.planning.order.relations import Precedence
 from bimvox.planning.order.sequence import ErectionSequence, Prefer, Sequencer
-from bimvox.planning.yard import allocate_yard, fit_trucks, risen
+from bimvox.planning.yard import allocate_yard, risen
+from bimvox.records.unloading import fit_lorries
 from bimvox.site.site import Site
 
 # A local search on the erection sequence: less time, by the estimate of ``makespan``.
@@ -396,7 +397,8 @@ class FasterOrder:
         position = _positions(sequence.order)
         deliveries = {part: place.delivery for part, place in enumerate(now.places) if place is not None}
         is_kept = not (fixed & (position[:, None] > position[None])).any()
-        if is_kept and fit_trucks(site, sequence.order, deliveries):
+        lorries = [fit_lorries(site, order.order, deliveries) for order in (sequence, now.sequence)]
+        if is_kept and lorries[0] is not None and (lorries[1] is None or lorries[0] <= lorries[1]):
             choices.insert(0, risen(site, sequence.order, now.places))
         most = max(_with_place(places) for places in (*choices, now.places))
         kept = [self._judged(site, sequence, places) for places in choices if _with_place(places) == most]

@@ -119,7 +119,7 @@ Country = Annotated[Text, Field(pattern="^[A-Z]{2,3}$")]
 DEFAULT_SHIFT = "07:00-16:00"
 DEFAULT_BREAKS = ("09:00-09:15", "12:00-12:45")
 USUAL_UNLOADING_S = 1800.0
-"""Working time to unload a delivery if nothing is known about it; assumed."""
+"""Working time to unload a lorry if nothing is known about it; assumed."""
 
 
 class CalendarConfig(Table):
@@ -145,8 +145,11 @@ class CalendarConfig(Table):
     setup_h: Annotated[NotNegative, Field(le=2e4)] = 0.0
     """Working hours to set up the crane, before the first lift."""
     unloading_s: Annotated[NotNegative, Field(le=864_000.0)] | None = Field(default=None, examples=[USUAL_UNLOADING_S])
-    """Working time to unload a delivery, before its first lift. Default: 1800, or with ``areas.access`` the crane's
-    time for its parts."""
+    """Working time to unload a lorry, before the first lift of its delivery. Default: with ``areas.access`` the crane's
+    time for its parts, otherwise 1800. 0: nothing is unloaded by the crane."""
+    delivery_days: Annotated[Whole, Field(ge=0, le=60)] = 0
+    """Working days that a delivery comes before the day of its first lift. In any case the yard must be free: all parts
+    of the delivery before are set."""
     erection_people: People | None = None
     """People of a crane's erection crew, slinger and signaller included. Default: not stated."""
     unloading_people: People | None = None
@@ -201,7 +204,7 @@ class CalendarConfig(Table):
             public + (f" ({self.region})" if self.region else ""),
             *([f"{len(self.holidays)} more free days"] if self.holidays else []),
             f"set-up of the crane {self.setup_h:g} h",
-            "unloading by the crane" if by_crane else f"unloading of a delivery {unloading_min:g} min",
+            "unloading by the crane" if by_crane else f"unloading of a lorry {unloading_min:g} min",
             *([f"erection crew of {self.erection_people}"] if self.erection_people else []),
             *([f"unloading crew of {self.unloading_people}"] if self.unloading_people else []),
         ]

@@ -227,7 +227,7 @@ class RulesConfig(Table):
     swing: Literal["shaped", "off"] = _RULES.swing.value
     """``shaped``: no load swings when it is set. ``off``: swing is ignored."""
     truckload_kg: NotNegative = _RULES.truckload_kg
-    """Largest mass of a delivery; a heavier part comes alone. 0: as much as the yard holds."""
+    """Payload of a lorry; a heavier part comes alone. 0: as much as the yard holds."""
     wind_speed_m_s: Annotated[NotNegative, Field(le=100.0)] | None = None
     """Gust of 3 s at jib height in which every lift must be possible; 0: no wind. Default: 9.8 with a crane, as far as
     a part permits it."""
@@ -307,6 +307,9 @@ class YardConfig(Table):
     """Width that parts may take on a truck."""
     truck_height_m: Annotated[Positive, Field(le=100.0)] = TRUCK_M[2]
     """Height that parts may take above the bed of a truck."""
+    lorries: Annotated[Whole, Field(ge=1, le=20)] = USUAL_YARD.lorries
+    """Most lorries of a delivery, as far as the yard holds their parts. With several, panels that need an inloader have
+    theirs, and deliveries end where the fewest lorries come in all. 1: walls and others share a lorry."""
 
     def rules(self) -> YardRules:
         """Return the table as a value for the planner."""

@@ -20,7 +20,7 @@ from bimvox.site.config.rules import BuildingConfig, CastingConfig, CuringConfig
 from bimvox.site.config.site_config import KindConfig, ModelConfig, SiteConfig
 from bimvox.site.config.validation import Table, model_in
 from bimvox.site.default_rules import DEFAULT_RULES
-from bimvox.site.yard_guess import access_beside
+from bimvox.site.yard_guess import access_away
 
 if TYPE_CHECKING:
     from bimvox.site.kind_rows import KindRow
@@ -74,8 +74,7 @@ def _examples(config: SiteConfig, ids: Sequence[str]) -> dict[str, Any]:
     first, second = (*ids, "1a2B3c4D5e6F7g8H9i0JkL", "0L1k2J3i4H5g6F7e8D9c0B")[:2]
     areas, rules = config.areas, config.rules_in_force
     x, y = areas.yard[0][0] if areas.yard else (0.0, 0.0)
-    masts_m = [crane.base_m for crane in config.cranes if crane.base_m is not None]
-    access = access_beside(areas.yard, areas.construction, masts_m) if areas.yard and areas.construction else None
+    access = access_away(areas.yard, areas.construction) if areas.yard and areas.construction else None
     return {
         "areas.access": None if access is None else (access,),
         "component.global_id": first,

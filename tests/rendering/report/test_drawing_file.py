@@ -202,7 +202,7 @@ def test_zones_are_drawn_by_what_they_forbid(prefab: tuple[SiteConfig, Building]
         ZoneConfig(kind="slow", polygon=((-20, 0), (-10, 0), (-10, 10))),
     )
     drawing = drawing_of_site(config.model_copy(update={"zone": zones}), building)
-    assert set(drawing["areas"]) == {"construction", "yard", "prohibited", "no_load", "slow"}
+    assert set(drawing["areas"]) == {"construction", "yard", "access", "prohibited", "no_load", "slow"}
     assert drawing["areas"]["prohibited"] == drawing["areas"]["no_load"]
     assert [one["name"] for one in drawing["zones"]] == ["street"]
     (x0, _, _), (x1, _, _) = drawing["extent_m"]

@@ -46,6 +46,6 @@ def test_the_default_says_what_it_is() -> None:
     assert calendar.begins is None
     assert calendar.in_words() == (
         "Mon to Fri 07:00-16:00, breaks 09:00-09:15 and 12:00-12:45, no public holidays, set-up of the crane 0 h, "
-        "unloading of a delivery 30 min"
+        "unloading of a lorry 30 min"
     )
     assert read('shifts = ["13:00-17:00"]').calendar.hours.spans == ((780, 1020),)
