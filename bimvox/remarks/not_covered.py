@@ -98,7 +98,9 @@ def _about(parts: Sequence[Component], one: str, many: str) -> _Here:
     if not parts:
         return None
     count, said = len(parts), one if len(parts) == 1 else many
-    return f"Here: {count:,} {said}: {listed(map(name_of, parts), _NAMED)}.", parts
+    names = list(dict.fromkeys(map(name_of, parts)))  # many parts may have one name
+    more = ", ..." if len(names) > _NAMED else ""
+    return f"Here: {count:,} {said}: {', '.join(names[:_NAMED])}{more}.", parts
 
 
 def _parts(subject: Subject, lifts: Iterable[Lift]) -> list[Component]:

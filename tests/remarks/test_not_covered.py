@@ -61,6 +61,14 @@ def test_what_is_drawn_into_each_other_and_what_is_given_is_counted() -> None:
     assert "1 obstruction" in lines(plan)["services_above"].text
 
 
+def test_a_name_that_many_parts_have_is_said_once() -> None:
+    plan = plan_of([(f"{n}", (2.0 + n, 2.0, 0.0), (2.5 + n, 2.5, 3.0)) for n in range(5)], crane=crane_at())
+    posts = tuple(dataclasses.replace(part, name="POST") for part in plan.site.components)
+    same = dataclasses.replace(plan, site=dataclasses.replace(plan.site, components=posts))
+    text = lines(same)["anchors"].text
+    assert text.endswith("5 parts have assumed lifting points: POST.")
+
+
 def test_obstacle_lights_follow_from_the_height_of_the_crane() -> None:
     assert "low intensity" in lines(plan_of(PARTS, crane=crane_at()))["aviation"].text
     tall = dataclasses.replace(crane_at(), jib_height_m=80.0)

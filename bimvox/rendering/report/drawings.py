@@ -36,7 +36,7 @@ def drawings(record: dict[str, Any]) -> str:
         + ("The model does not state north." if north is None else f"The arrow is {north['kind']}.")
     )
     return section(
-        "Drawings", _legend(drawing), *sheets, paragraph(about, "faint"),
+        "Drawings", _legend(drawing), tag("div", "".join(sheets), "sheets"), paragraph(about, "faint"),
         table(("Shortest distance on plan", "m"), rows, class_="words narrow", id_="distances"),
         id="drawings",
     )  # fmt: skip
