@@ -14,7 +14,7 @@ from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.remarks.subject import Subject, metres, name_of
 from bimvox.site.component import Component
 from bimvox.site.crane_distances import base_of
-from bimvox.site.crane_room import PLACE_M, REACH_M, WAY_M, Room, place_beside, way_in
+from bimvox.site.crane_room import PLACE_M, REACH_M, WAY_M, Room, place_beside, room_for_jib, way_in
 from bimvox.site.crew_times import TRIAL_LIFT_S
 from bimvox.site.means import Means
 from bimvox.site.work import Work, work_of
@@ -183,11 +183,14 @@ def _comes_and_goes(subject: Subject) -> _Here:
         if crane.kind == "mobile":
             found, what = [way_in(site, crane, finished=done) for done in (False, True)], f"its way, {WAY_M:g} m wide"
         else:
-            edge_m, what = base_of(crane).edge_m, f"{place}, jib of {metres(crane.jib_own_m)}"
+            edge_m, what = base_of(crane).edge_m, place
             found = [place_beside(site, crane, edge_m, finished=done) for done in (False, True)]
         before, after = (_SAID[one.room] for one in found)
         both = before if before == after else f"{before} before, {after} when the building stands"
         said.append(f"{crane.name}, {what}: {both}{' before and after' if before == after else ''}")
+        if crane.kind != "mobile":
+            jib = room_for_jib(site, crane, base_of(crane).edge_m, finished=True)
+            said.append(f"its jib of {metres(crane.jib_own_m)} in one piece on the ground: {_SAID[jib]}")
     return f"Looked for on the grid: {'; '.join(said)}."
 
 

@@ -24,6 +24,8 @@ WAY_M = 3.75
 """Width of its way: 2.75 m of the crane (as above) and 0.5 m on each side (BG BAU, ways of vehicles)."""
 HEADROOM_M = 4.5
 """Height of its way: a crane on the road is up to 4.0 m high (Directive 96/53/EC), and half a metre above it."""
+JIB_WIDE_M = 3.0
+"""Width of the strip in which a jib is put together on the ground (professional judgement)."""
 SLOPE = 0.12
 """Steepest way up or down (professional judgement)."""
 
@@ -64,9 +66,10 @@ class _Ground:
         site: The site.
         crane: The crane that stands there; its own mast is not in its way.
         finished: Whether all parts are in place.
+        more_m: How much wider the margin is than a place needs.
     """
 
-    def __init__(self, site: Site, crane: TowerCrane, *, finished: bool) -> None:
+    def __init__(self, site: Site, crane: TowerCrane, *, finished: bool, more_m: float = 0.0) -> None:
         cell_m, floor_vox = site.frame.voxel_size_m, site.ground_vox + 1
         taken, high = np.zeros(site.shape[:2], np.bool_), int(np.ceil(HEADROOM_M / cell_m))
         for blocker in site.blockers:
@@ -79,7 +82,7 @@ class _Ground:
         if site.natural_ground_m is not None:
             taken |= _steep(site.natural_ground_m, cell_m)
         many = max(1, int(_COLUMN_M / cell_m))
-        margin = int(np.ceil(_beyond_m(site, crane) / (cell_m * many)))
+        margin = int(np.ceil((_beyond_m(site, crane) + more_m) / (cell_m * many)))
         access = np.zeros_like(taken) if site.access is None else site.access
         padded: list[_Columns] = [
             np.pad(_coarse(columns, many), margin) for columns in (taken, access, np.ones_like(taken))
@@ -87,6 +90,20 @@ class _Ground:
         self.taken, self._access, self.known = padded
         self.size_m = cell_m * many
         self._low_m = np.array(site.frame.origin_m[:2]) - margin * self.size_m
+
+    def stand_on(self, crane: TowerCrane, edge_m: float) -> NDArray[np.float64]:
+        """Take the square of a crane's foundation, and return how far each column is from its mast."""
+        x, y = self.column_of(crane.base_m)
+        half = int(np.ceil(edge_m / 2.0 / self.size_m))
+        self.taken[max(x - half, 0) : x + half + 1, max(y - half, 0) : y + half + 1] = True
+        apart = np.hypot(*(np.indices(self.taken.shape) - np.array([x, y])[:, None, None]))
+        return np.asarray(apart * self.size_m, np.float64)
+
+    def fits(self, sides_m: tuple[float, float], *, anyhow: bool) -> _Columns:
+        """Return the middles of free rectangles along the cells; ``anyhow``: also beyond the site."""
+        allowed = ~self.taken if anyhow else self.known & ~self.taken
+        columns = tuple(int(np.ceil(side_m / self.size_m)) for side_m in sides_m)
+        return np.array(ndi.minimum_filter(allowed.astype(np.uint8), columns, mode="constant", cval=0), np.bool_)
 
     def column_of(self, at_m: tuple[float, ...]) -> tuple[int, int]:
         """Return the column of a point."""
@@ -168,16 +185,24 @@ def place_beside(site: Site, crane: TowerCrane, foundation_m: float, *, finished
     ``foundation_m``: edge of the tower crane's foundation, on which nothing else stands.
     """
     ground = _Ground(site, crane, finished=finished)
-    x, y = ground.column_of(crane.base_m)
-    half = int(np.ceil(foundation_m / 2.0 / ground.size_m))
-    ground.taken[max(x - half, 0) : x + half + 1, max(y - half, 0) : y + half + 1] = True
-    apart_m = np.hypot(*(np.indices(ground.taken.shape) - np.array([x, y])[:, None, None])) * ground.size_m
-    edge = int(np.ceil(PLACE_M / ground.size_m))
+    apart_m = ground.stand_on(crane, foundation_m)
     for room, anyhow in ((Room.FREE, False), (Room.UNKNOWN, True)):
-        allowed = ~ground.taken if anyhow else ground.known & ~ground.taken
-        stands = ndi.minimum_filter(allowed.astype(np.uint8), edge, mode="constant", cval=0).astype(np.bool_)
-        good = stands & (apart_m <= REACH_M) & ground.reached(anyhow=anyhow)
+        good = ground.fits((PLACE_M, PLACE_M), anyhow=anyhow) & (apart_m <= REACH_M) & ground.reached(anyhow=anyhow)
         if good.any():
             at = np.unravel_index(int(np.argmin(np.where(good, apart_m, np.inf))), good.shape)
             return Place(room, ground.middle_of(tuple(int(n) for n in at)), site.access is not None)
     return Place(Room.NONE)
+
+
+def room_for_jib(site: Site, crane: TowerCrane, foundation_m: float, *, finished: bool) -> Room:
+    """Return whether a tower crane's jib can lie on the ground in one piece, along x or y.
+
+    Its middle is as far from the mobile crane as this may be from the mast.
+    """
+    ground = _Ground(site, crane, finished=finished, more_m=REACH_M + crane.jib_own_m)
+    near = ground.stand_on(crane, foundation_m) <= 2.0 * REACH_M
+    long_m, wide_m = crane.jib_own_m, JIB_WIDE_M
+    for room, anyhow in ((Room.FREE, False), (Room.UNKNOWN, True)):
+        if any((ground.fits(sides_m, anyhow=anyhow) & near).any() for sides_m in ((long_m, wide_m), (wide_m, long_m))):
+            return room
+    return Room.NONE

@@ -9,7 +9,7 @@ from box_sites import test_crane as crane_at
 from named_cranes import MOBILE_CRANES
 
 from bimvox.site.crane_distances import base_of
-from bimvox.site.crane_room import PLACE_M, REACH_M, Room, place_beside, way_in
+from bimvox.site.crane_room import PLACE_M, REACH_M, Room, place_beside, room_for_jib, way_in
 
 TOWER = crane_at(base=(30.0, 30.0, 0.0), jib=30.0, height=20.0)
 RING = [
@@ -103,3 +103,15 @@ def test_a_steep_slope_is_no_way() -> None:
     crane = dataclasses.replace(MOBILE_CRANES[0], base_m=(30.0, 30.0, 0.0))
     for slope, room in ((0.4, Room.NONE), (0.08, Room.FREE)):
         assert way_in(in_a_bowl(site(crane=crane), slope), crane, finished=False).room is room
+
+
+def test_a_jib_lies_on_the_ground_in_one_piece_or_does_not() -> None:
+    edge_m = base_of(TOWER).edge_m
+    assert room_for_jib(site(), TOWER, edge_m, finished=True) is Room.FREE
+    own = site(RING)  # a court of 36 m, and a jib of 30
+    assert room_for_jib(own, TOWER, edge_m, finished=True) is Room.FREE
+    longer = dataclasses.replace(TOWER, jib_length_m=65.0)  # than the site
+    assert room_for_jib(own, longer, edge_m, finished=True) is Room.UNKNOWN
+    walls = [(f"wall {n}", (0.0, 4.0 * n, 0.0), (60.0, 4.0 * n + 2.0, 6.0)) for n in range(15)]
+    walls += [(f"fin {n}", (4.0 * n, 0.0, 0.0), (4.0 * n + 2.0, 60.0, 6.0)) for n in range(15)]
+    assert room_for_jib(site(walls), TOWER, edge_m, finished=True) is not Room.FREE

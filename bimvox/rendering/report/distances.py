@@ -24,7 +24,7 @@ from bimvox.site.crane_distances import (
     to_areas,
     to_cranes,
 )
-from bimvox.site.crane_room import PLACE_M, Place, place_beside, way_in
+from bimvox.site.crane_room import PLACE_M, Place, place_beside, room_for_jib, way_in
 
 _KINDS = {
     "building": "building, as finished",
@@ -58,7 +58,8 @@ def distances_of(revision: Revision) -> list[dict[str, Any]]:
     Returns:
         ``crane, kind, base`` (``edge_m``, ``stated``), ``tail`` (``radius_m, low_m, high_m``), ``least_m`` (between a
         moving part and anything fixed), ``distances`` (``from, to, name, distance_m, ends_m``), ``erection`` and
-        ``dismantling``: ``room``, ``at_m`` and ``from_access`` of the mobile crane's place, or of its own way.
+        ``dismantling``: ``room``, ``at_m`` and ``from_access`` of the mobile crane's place, or of its own way;
+        ``jib_on_ground``: whether the jib of a tower crane can lie there in one piece.
     """
     site = revision.plan.site
     subject = Subject(revision.plan, tuple(revision.motions), tuple(revision.context))
@@ -96,6 +97,9 @@ def distances_of(revision: Revision) -> list[dict[str, Any]]:
                 "least_m": TRAPPED_M,
                 "distances": [one.to_dict() for one in found],
                 **{key: _room(one) for key, one in zip(("erection", "dismantling"), rooms, strict=True)},
+                "jib_on_ground": None
+                if crane.kind == "mobile"
+                else room_for_jib(site, crane, base.edge_m, finished=True).value,
             }
         )
     return result
@@ -128,7 +132,11 @@ def room_words(one: dict[str, Any]) -> str:
     """Return where a mobile crane has room to erect and to dismantle a crane, or its own way."""
     first, last = (_room_words(one, key) for key in ("erection", "dismantling"))
     before, after = ("way in", "way out") if one["kind"] == "mobile" else ("erection", "dismantling")
-    return f"{before}: {first}; {after}, when the building stands: {last}"
+    words = f"{before}: {first}; {after}, when the building stands: {last}"
+    return words + (f"; jib in one piece on the ground: {_JIB[one['jib_on_ground']]}" if one["jib_on_ground"] else "")
+
+
+_JIB = {"free": "room", "unknown": "only beyond the site as modelled", "none": "no room, in pieces"}
 
 
 def _room_words(one: dict[str, Any], key: str) -> str:
