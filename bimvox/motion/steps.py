@@ -17,7 +17,7 @@ from bimvox.grid.frame import Label, whole_cells
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import Pause, Step, Steps, cured_ns
-from bimvox.site.casting import curing_s, work_and_wait_s
+from bimvox.site.casting import curing_s, waits_for_joints, work_and_wait_s
 from bimvox.site.component import Component
 from bimvox.site.means import Means
 from bimvox.site.site import Site
@@ -40,12 +40,14 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
     steps: list[Step] = []
     pauses: list[Pause] = []
     carries_ns: dict[int, int] = {}
+    lifted = {motion.component for motion in by_order.values()}
     free_ns = dict.fromkeys(Means, 0)
     last_ns: int | None = None
     for lift in sorted(lifts, key=lambda lift: lift.order):
         component = site.components[lift.component]
         under = resting.on(lift.component, held=lift.order in by_order)
-        ready_ns = max((carries_ns[other] for other in under if other in carries_ns), default=0)
+        waits = waits_for_joints(site.rules.curing, component)
+        ready_ns = max((carries_ns[n] for n in under if n in carries_ns and (waits or n not in lifted)), default=0)
         so_far = Steps((), tuple(pauses))
         if (motion := by_order.get(lift.order)) is not None:
             if last_ns is None:
@@ -123,6 +125,12 @@ class _Resting:
         self._low = np.array([part.target_vox for part in parts], np.int64)
         self._high = self._low + np.array([part.shape.size_vox for part in parts], np.int64)
         self._profiles: dict[int, tuple[NDArray[np.int64], NDArray[np.int64]]] = {}
+        numbers = {part.id: n for n, part in enumerate(parts)}
+        self._asked: dict[int, list[int]] = {}
+        for part in parts:
+            for earlier, later in (*((other, part.id) for other in part.after), *((part.id, o) for o in part.before)):
+                if earlier in numbers and later in numbers:
+                    self._asked.setdefault(numbers[later], []).append(numbers[earlier])
         self._gap_vox = 1 + whole_cells(site.rules.support_gap_m, site.frame.voxel_size_m)
 
     def on(self, number: int, *, held: bool = True) -> tuple[int, ...]:
@@ -138,9 +146,7 @@ class _Resting:
         if held and not found and not self._is_grounded(part):
             near = earlier & ((self._low <= high) & (self._high >= low)).all(axis=1)
             found.update(np.flatnonzero(near).tolist())
-        for other in np.flatnonzero(earlier).tolist():
-            if self._site.components[other].id in part.after or part.id in self._site.components[other].before:
-                found.add(other)
+        found.update(other for other in self._asked.get(number, ()) if earlier[other])
         return tuple(sorted(found))
 
     def _carries(self, other: int, part: int) -> bool:

@@ -19,7 +19,7 @@ from bimvox.site.component import Component
 from bimvox.site.default_rules import MOST_WORK_S
 from bimvox.site.means import Means
 from bimvox.site.site import HeadingRule, Rules
-from bimvox.site.work import Work, work_of
+from bimvox.site.work import Work, kind_of, work_of
 from bimvox.walk import Store
 
 _TRIAL_LIFT_S = 10.0
@@ -356,7 +356,8 @@ class _Proof:
 
     def _check_set(self, name: str, part: Component, at_ns: int) -> None:
         """Check that what a part rests on, or must come after, carries at a time."""
-        own = self._order(part)
+        own, curing = self._order(part), self.site.rules.curing
+        waits = curing is not None and (curing.floors_wait or kind_of(part) in (Work.COLUMN, Work.WALL))
         under = set(self.triangles.carried_by(part))
         under |= {other.index for other in self.site.components if other.id in part.after or part.id in other.before}
         for other in sorted(under):
@@ -367,7 +368,7 @@ class _Proof:
                     f"{name}: it is there at {at_ns / 1e9:.3f} s of elapsed time; {self.site.components[other].label} "
                     f"under it carries from {step.carries_ns / 1e9:.3f} s",
                 )
-            cured_ns = self.cured_ns.get(other)
+            cured_ns = self.cured_ns.get(other) if waits else None
             if cured_ns is not None and self._order(self.site.components[other]) < own:
                 self.check.look(
                     at_ns >= cured_ns - _ROUNDING_NS,

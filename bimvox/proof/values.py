@@ -328,7 +328,7 @@ def _check_rules(check: Check, rules: Rules) -> None:
         for edge_m in rules.yard.truck_m or ():
             _within(check, "site.rules.yard.truck_m", edge_m, _Range(0.0, 100.0, with_low=False))
     if rules.curing is not None:
-        for own_h in fields(rules.curing):
+        for own_h in fields(rules.curing)[:-1]:
             _within(check, f"site.rules.curing.{own_h.name}", getattr(rules.curing, own_h.name), _Range(0.0, 2e4))
     _within(check, "site.rules.casting.people", rules.casting.people, _Range(0.0, 1e4, with_low=False))
     _within(check, "site.rules.casting.hand_s", rules.casting.hand_s, _Range(0.0, _DAY_S))

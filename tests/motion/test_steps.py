@@ -12,10 +12,11 @@ from bimvox.motion.steps import may_pause, steps_of
 from bimvox.motion.time_plan import time_plan
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
+from bimvox.proof.clock import verify_steps
 from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import Pause, Step, Steps
-from bimvox.site.casting import FIELD_CASTING, CastTimes, Curing
+from bimvox.site.casting import FIELD_CASTING, FIELD_CURING, CastTimes, Curing
 from bimvox.site.component import OrderHints
 from bimvox.site.means import Means
 from bimvox.site.site import Rules
@@ -129,6 +130,32 @@ def test_the_crane_waits_until_joints_have_cured_and_goes_on_meanwhile():
     assert [(one.order, one.length_ns) for one in both.pauses[1:]] == [
         (order["slab"], carries_ns - Steps((), both.pauses[:1]).starting_ns(of["slab"].start_ns))
     ]
+
+
+STACKED = [
+    ("lower", (2.0, 1.4, 0.0), (2.4, 1.8, 2.98), COLUMN),
+    ("beam", (2.0, 1.4, 3.0), (6.0, 1.8, 3.98), {"ifc_class": "IfcBeam"}),
+    ("end", (5.6, 1.4, 0.0), (6.0, 1.8, 2.98), COLUMN),
+    ("upper", (2.0, 1.4, 4.0), (2.4, 1.8, 6.48), COLUMN),
+]
+
+
+def test_by_default_a_storey_waits_for_the_joints_of_the_one_below_and_floors_do_not():
+    assert FIELD_CURING.column_h > 0.0 and not FIELD_CURING.floors_wait
+    crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=20.0)
+    waiting = {}
+    for beam_h, floors_wait in ((0.0, False), (5.0, False), (5.0, True)):
+        curing = dataclasses.replace(FIELD_CURING, beam_h=beam_h, floors_wait=floors_wait)
+        site = box_site(STACKED, crane=crane, shape=(40, 30, 36), rules=Rules(curing=curing))
+        preparation = prepare(site)
+        plan = plan_lifts(site, preparation)
+        motions = time_plan(plan, preparation)
+        steps, _, order = steps_by_name(plan, motions)
+        waiting[beam_h, floors_wait] = {name for name in order if order[name] in {one.order for one in steps.pauses}}
+        assert verify_steps(plan, motions, steps).passed
+        late = verify_steps(plan, motions, Steps())
+        assert bool(late.failures) == bool(steps.pauses)
+    assert waiting == {(0.0, False): set(), (5.0, False): {"upper"}, (5.0, True): {"beam", "upper"}}
 
 
 def test_what_is_cast_on_lifted_parts_waits_for_their_joints():

@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 from weakened_rules import DEFAULT, EVERY
 
-from bimvox.site.casting import Curing
+from bimvox.site.casting import FIELD_CURING, Curing
 from bimvox.site.config.rules import MORE_IS_WEAKER, NONE_IS_WEAKER, RulesConfig, weaker_rules
 from bimvox.site.crew_times import FIELD_TIMES
 from bimvox.site.site import Rules
@@ -26,7 +26,11 @@ def test_each_value_that_asks_for_less_is_named(key: str) -> None:
 
 def test_values_that_ask_for_more_are_not_named() -> None:
     more = dataclasses.replace(
-        DEFAULT, transit_clearance_m=3.0, highest_utilisation=0.85, curing=Curing(slab_h=24.0), bracing_s=900.0
+        DEFAULT,
+        transit_clearance_m=3.0,
+        highest_utilisation=0.85,
+        curing=dataclasses.replace(FIELD_CURING, slab_h=24.0),
+        bracing_s=900.0,
     )
     assert weaker_rules(more, has_crane=True) == []
 
@@ -37,7 +41,7 @@ def test_shorter_times_of_all_classes_are_weaker() -> None:
 
 
 def test_lists_of_weaker_rules_name_only_keys_that_exist() -> None:
-    keys = {field.name for table in (DEFAULT, DEFAULT.casting) for field in dataclasses.fields(table)}
+    keys = {field.name for table in (DEFAULT, DEFAULT.casting, Curing()) for field in dataclasses.fields(table)}
     assert keys >= MORE_IS_WEAKER | NONE_IS_WEAKER
     assert FIELD_TIMES.wall.brace_s == 900.0
     assert isinstance(DEFAULT, Rules)

@@ -59,7 +59,7 @@ from bimvox.site.build import labels_of, with_digests
 from bimvox.site.casting import FIELD_CASTING, CastTimes, Curing
 from bimvox.site.component import Component, Lifting, StoredPose, shape_of
 from bimvox.site.config.gear_file import gear_catalogue
-from bimvox.site.config.rules import RulesConfig, YardConfig
+from bimvox.site.config.rules import CuringConfig, RulesConfig, YardConfig
 from bimvox.site.config.site_config import (
     AreasConfig,
     ComponentConfig,
@@ -159,6 +159,8 @@ def site_file_of(site: Site, **changes: Any) -> bytes:
     """Return the site file that gives this site: rules, crane, zones, areas, extent and what it asks of parts."""
     rules = dataclasses.asdict(site.rules) | {"swing": site.rules.swing.value, "heading": site.rules.heading.value}
     rules |= dict.fromkeys(rules.pop("gives_way"))  # defaults are not written
+    if rules["curing"] is None:
+        rules["curing"] = dict.fromkeys(CuringConfig.model_fields, 0.0) | {"floors_wait": True}
     lying = rules.pop("yard")
     if lying is not None:
         edges = zip(("truck_length_m", "truck_width_m", "truck_height_m"), lying.pop("truck_m"), strict=True)

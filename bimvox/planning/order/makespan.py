@@ -34,7 +34,7 @@ from bimvox.crane.outline import outline_of
 from bimvox.crane.travel import Travel
 from bimvox.planning.stage import could_lift
 from bimvox.records.lift import YardPlace
-from bimvox.site.casting import curing_s, work_and_wait_s
+from bimvox.site.casting import curing_s, waits_for_joints, work_and_wait_s
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times, standing_s
 from bimvox.site.lifting import crane_for
 from bimvox.site.means import Means
@@ -340,7 +340,8 @@ def order_times(
     lead_s[lifted] = (upend_s + [one.hook_on_s + TRIAL_LIFT_S for one in crew])[lifted]
     hold_s = np.where(lifted, [curing_s(rules.curing, part) for part in parts], [wait_s for _, wait_s in works])
     # What carries at once holds nothing up.
-    under = [[j for j in own if not lifted[j] or hold_s[j] > 0.0] for own in supports]
+    waits = [waits_for_joints(rules.curing, part) for part in parts]
+    under = [[j for j in own if not lifted[j] or (hold_s[j] > 0.0 and waits[n])] for n, own in enumerate(supports)]
     spans_s[:, 1:] *= (carry_s / np.maximum(spans_s[:, 1:].sum(axis=1), 1e-9))[:, None]
     spans_s[:, 0] = lead_s
     return OrderTimes(

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field
 
-from bimvox.site.casting import FIELD_BUILDING, FIELD_CASTING, BuildingTimes, Casting, CastTimes, Curing
+from bimvox.site.casting import FIELD_BUILDING, FIELD_CASTING, FIELD_CURING, BuildingTimes, Casting, CastTimes, Curing
 from bimvox.site.config.validation import Flag, NotNegative, Number, Positive, Table, Text, Whole, not_below
 from bimvox.site.crew_times import FIELD_TIMES, UPEND_S, CrewTimes, TimesByWork
 from bimvox.site.default_rules import (
@@ -167,24 +167,35 @@ Cures = Annotated[NotNegative, Field(le=2e4)]
 
 
 class CuringConfig(Table):
-    """Hours, nights included, from the release of a lifted part until its joints carry what rests on it."""
+    """Hours, nights included, from the release of a lifted part until its joints carry what rests on it.
 
-    footing_h: Cures = 0.0
+    Sources: docs/formats.md. All 0: they carry at once.
+    """
+
+    footing_h: Cures = FIELD_CURING.footing_h
     """Footings, piles, base slabs."""
-    column_h: Cures = 0.0
+    column_h: Cures = FIELD_CURING.column_h
     """Columns, upright slender parts."""
-    wall_h: Cures = 0.0
+    wall_h: Cures = FIELD_CURING.wall_h
     """Walls, thin upright parts."""
-    beam_h: Cures = 0.0
+    beam_h: Cures = FIELD_CURING.beam_h
     """Beams, long parts."""
-    slab_h: Cures = 0.0
+    slab_h: Cures = FIELD_CURING.slab_h
     """Slabs, planks, roofs, flat parts."""
-    stair_h: Cures = 0.0
+    stair_h: Cures = FIELD_CURING.stair_h
     """Flights, ramps, landings."""
-    steel_h: Cures = 0.0
+    steel_h: Cures = FIELD_CURING.steel_h
     """All parts of steel."""
-    other_h: Cures = 0.0
+    other_h: Cures = FIELD_CURING.other_h
     """All others."""
+    floors_wait: Flag = FIELD_CURING.floors_wait
+    """Whether all parts wait. ``false``: only columns and walls do, so that a storey waits for the joints of the one
+    below; packers and props carry floors, beams and stairs meanwhile."""
+
+    def value(self) -> Curing | None:
+        """Return the times as a value for the planner; None if all joints carry at once."""
+        curing = Curing(**self.model_dump())
+        return curing if replace(curing, floors_wait=True) != Curing() else None
 
 
 class RulesConfig(Table):
@@ -212,7 +223,7 @@ class RulesConfig(Table):
     building: BuildingConfig = BuildingConfig()
     """How long trades take for what they build in place."""
     curing: CuringConfig | None = None
-    """Grout and other joints of lifted parts. Default: they carry at once."""
+    """Grout and other joints of lifted parts. Default: the table's with a crane."""
     bracing_s: Pause | None = Field(default=None, examples=[120])
     """One ``brace_s`` for all classes of work, instead of ``times``."""
     release_s: Pause | None = Field(default=None, examples=[30])
@@ -261,7 +272,7 @@ class RulesConfig(Table):
         own: dict[str, object] = {"swing": SwingRule(self.swing), "heading": HeadingRule(self.heading)}
         own |= {"times": self.times.times(), "casting": self.casting.casting()}
         own |= {"building": BuildingTimes(**self.building.model_dump())}
-        own["curing"] = None if self.curing is None else Curing(**self.curing.model_dump())
+        own["curing"] = (self.curing or CuringConfig()).value() if has_crane else None
         own["sling_angle_rad"] = math.radians(self.sling_angle_deg)
         own["upend_s"] = (UPEND_S if has_crane else 0.0) if self.upend_s is None else self.upend_s
         given = self.model_dump(exclude={"sling_angle_deg"}) | own
@@ -337,8 +348,8 @@ NONE_IS_WEAKER = frozenset(
         "release_s",
         "truckload_kg",
         "by_other_means",
+        "floors_wait",
         "gives_way",
-        "curing",
         "heading",
         "yard",
         "order_search",
@@ -375,6 +386,8 @@ def _pairs(prefix: str, own: Any, usual: Any) -> Iterator[tuple[str, Any, Any]]:
         key, one, other = f"{prefix}{field.name}", getattr(own, field.name), getattr(usual, field.name)
         if field.name in NONE_IS_WEAKER:
             continue
+        if field.name == "curing":  # None: all joints carry at once
+            one, other = one or Curing(), other or Curing()
         if is_dataclass(other):
             yield from _pairs(f"{key}.", one, other)
         else:
