@@ -93,6 +93,6 @@ class SupportConfig(Table):
     free_standing_m: Annotated[Positive, Field(le=1000.0)] | None = None
     """Highest hook above the foot up to which the crane stands without ties."""
     mat_m2: Annotated[Positive, Field(le=1e4)] | None = None
-    """Area of the mat under an outrigger, or of the foundation under a tower crane."""
+    """Area of the mat under an outrigger, or of the foundation under a tower crane, which is drawn as a square."""
     permitted_kpa: Annotated[Positive, Field(le=1e6)] | None = None
     """Permitted pressure on the ground."""
