@@ -18,7 +18,7 @@ from bimvox.site.checks import unloading_columns
 from bimvox.site.collision import CollisionSpace, margin_vox, placement_is_free, turning_space
 from bimvox.site.component import Component, IntVec
 from bimvox.site.default_rules import ALL_KEPT, Kept
-from bimvox.site.lifting import crane_for, hung_kg, permitted_for, permitted_share, place_radius_m
+from bimvox.site.lifting import asked_wind_m_s, crane_for, hung_kg, permitted_for, permitted_share, place_radius_m
 from bimvox.site.site import Site
 from bimvox.units import mass_text
 
@@ -232,8 +232,8 @@ def carried_where(site: Site, crane: TowerCrane, component: Component) -> str:
 
 
 def _by_wind(site: Site, crane: TowerCrane, component: Component) -> str | None:
-    wind, drag, area = site.rules.wind_speed_m_s, site.rules.drag_coefficient, component.sail_area_m2
-    if wind <= 0.0 or "wind_speed_m_s" in site.rules.gives_way:
+    wind, drag, area = asked_wind_m_s(site.rules), site.rules.drag_coefficient, component.sail_area_m2
+    if wind <= 0.0:
         return None
     if wind > crane.max_wind_m_s:
         return f"the site's wind speed is {wind:g} m/s, but {crane.name} works only up to {crane.max_wind_m_s:g} m/s"

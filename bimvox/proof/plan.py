@@ -24,6 +24,7 @@ from bimvox.proof.moment import Standing, Thing, beside, cells_in_common, near_a
 from bimvox.proof.rigging import check_rigging, check_slings, rigging_kg
 from bimvox.proof.shape import check_mass, check_shape, check_structure
 from bimvox.proof.site_rules import (
+    asks_for_wind,
     check_deliveries,
     check_no_load,
     check_place,
@@ -186,7 +187,7 @@ class _Verifier(LiftProofs[int]):
             self.checks["margin"] = Check("margin")
         if site.cranes and rules.rope and rules.rope_clearance_m > 0.0:
             self.checks["rope_margin"] = Check("rope_margin")
-        if site.cranes and rules.wind_speed_m_s > 0.0:
+        if site.cranes and asks_for_wind(rules):
             self.checks["wind"] = Check("wind", unit="share of permitted wind")
         if rules.yard is not None or any(lift.place is not None and lift.place.stack for lift in self.lifts):
             self.checks |= {"gap": Check("gap"), "stacks": Check("stacks")}

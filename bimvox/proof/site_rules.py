@@ -22,7 +22,7 @@ from bimvox.proof.storage import check_truck, stands_on_something
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.proof import Check
 from bimvox.site.component import Component, StoredPose, erection_size_vox, stored_shape, turned_hook, turned_shape
-from bimvox.site.site import Site
+from bimvox.site.site import Rules, Site
 
 
 def first_of(values: NDArray[Any]) -> str:
@@ -78,10 +78,15 @@ def check_no_load(check: Check, site: Site, name: str, own: NDArray[np.int32], p
         )
 
 
+def asks_for_wind(rules: Rules) -> bool:
+    """Return whether the rules ask for a wind in which lifts are permitted."""
+    return rules.wind_speed_m_s > 0.0 or (rules.least_wind_m_s > 0.0 and "least_wind_m_s" not in rules.gives_way)
+
+
 def check_wind(check: Check, site: Site, crane: TowerCrane, component: Component) -> None:
     """Check that the site's wind is permitted for a part, by the outline of its triangles from every side."""
-    wind = site.rules.wind_speed_m_s
-    if wind <= 0.0:
+    rules = site.rules
+    if not asks_for_wind(rules):
         return
     area_m2 = _shown_m2(component.mesh, component.sail_area_m2)
     check.look(
@@ -90,11 +95,17 @@ def check_wind(check: Check, site: Site, crane: TowerCrane, component: Component
     )
     hung_t = (component.mass_kg + rigging_kg(crane, component) + crane.hook_block_kg) / 1000.0
     sail = max(component.sail_area_m2, area_m2) * site.rules.drag_coefficient
-    pressed = wind**2 / crane.max_wind_m_s**2 * max(1.0, sail / (_PERMITTED_M2_PER_T * hung_t))
-    check.measure(float(np.sqrt(pressed)))
+    least = 0.0 if "least_wind_m_s" in rules.gives_way else rules.least_wind_m_s
+    planned = 0.0 if "wind_speed_m_s" in rules.gives_way else rules.wind_speed_m_s
+    shares = [
+        wind**2 / crane.max_wind_m_s**2 * max(1.0, sail / (_PERMITTED_M2_PER_T * hung_t))
+        for wind in (max(rules.wind_speed_m_s, least), max(planned, least))
+    ]
+    check.measure(float(np.sqrt(shares[0])))
     check.look(
-        bool(pressed <= 1.0 + _SHARE) or "wind_speed_m_s" in site.rules.gives_way,
-        f"{component.id}: {sail:.1f} m2 of sail (drag included) and {hung_t:.2f} t in wind of {wind:g} m/s",
+        bool(shares[1] <= 1.0 + _SHARE),
+        f"{component.id}: {sail:.1f} m2 of sail (drag included) and {hung_t:.2f} t in wind of "
+        f"{max(planned, least):g} m/s",
     )
 
 

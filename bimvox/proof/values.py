@@ -165,6 +165,7 @@ _RULES = {
     "rope_clearance_m": _Range(0.0, _FAR_M),
     "truckload_kg": _Range(0.0, _HEAVY_KG),
     "wind_speed_m_s": _Range(0.0, 100.0),
+    "least_wind_m_s": _Range(0.0, 100.0),
     "drag_coefficient": _Range(0.0, 100.0, with_low=False),
     "sling_angle_rad": _Range(0.0, 2.0943951023931957, with_low=False),
     "critical_share": _Range(0.0, 1.0, with_low=False),

@@ -12,11 +12,12 @@ from bimvox.records.lift import Status
 from bimvox.records.programme import TaskDates
 from bimvox.records.proof import Remark
 from bimvox.remarks import table
-from bimvox.remarks.subject import Subject
+from bimvox.remarks.subject import Subject, tonnes
 from bimvox.site.collision import CLEARANCES
+from bimvox.site.component import Component
 from bimvox.site.crew_times import crew_times
 from bimvox.site.default_rules import ALL_KEPT
-from bimvox.site.lifting import needs_less_wind, permitted_for
+from bimvox.site.lifting import edge_on_deg, is_below_least_wind, needs_less_wind, permitted_for
 from bimvox.site.means import Means
 from bimvox.site.obstructions.coordinates import is_about_coordinates
 from bimvox.site.site import HeadingRule, Rules, Site, SwingRule
@@ -83,10 +84,21 @@ def _kept_less(subject: Subject) -> Iterator[Remark]:
             yield table.SMALL_CLEARANCE(component, kept=said)
         if own.heading is HeadingRule.WITH_JIB and component.index in kept_headings:
             yield table.KEPT_HEADING(component)
-        crane = site.crane_of(component)
-        if crane is not None and needs_less_wind(site, component):
-            most, sail_m2 = permitted_for(site, crane, component), component.sail_area_m2
-            yield table.LOW_WIND(component, most=most, sail=sail_m2, other=own.wind_speed_m_s)
+        yield from _less_wind(site, component)
+
+
+def _less_wind(site: Site, component: Component) -> Iterator[Remark]:
+    """Yield a remark about a part that waits for less wind; a serious one if no lift should need so little."""
+    crane, least = site.crane_of(component), site.rules.least_wind_m_s
+    if crane is None:
+        return
+    most, sail_m2 = permitted_for(site, crane, component), component.sail_area_m2
+    if is_below_least_wind(site, component):
+        sector, mass = edge_on_deg(site, component), tonnes(component.mass_kg)
+        row = table.BELOW_LEAST_WIND if sector is None else table.EDGE_ON_WIND
+        yield row(component, most=most, sail=sail_m2, mass=mass, least=least, sector=sector)
+    elif needs_less_wind(site, component):
+        yield table.LOW_WIND(component, most=most, sail=sail_m2, other=site.rules.wind_speed_m_s)
 
 
 def _of_crews(subject: Subject) -> Iterator[Remark]:

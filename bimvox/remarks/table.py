@@ -120,6 +120,13 @@ KEPT_HEADING = Row("kept_heading", _MINOR, "keeps its heading by tag line: it ha
 LOW_WIND = Row("low_wind", _MINOR,
     "may be lifted in wind up to {most:.1f} m/s only: its sail area is {sail:.1f} m2; other lifts up to {other:g} "
     "m/s")
+_LEAST_WIND = ("may be lifted in wind up to {most:.1f} m/s only, less than {least:g} m/s: its sail area is {sail:.1f} "
+    "m2 for {mass}; ")
+BELOW_LEAST_WIND = Row("low_wind", _SERIOUS,
+    _LEAST_WIND + "wait for such a day, lift it with others as one heavier load, or shelter it")
+EDGE_ON_WIND = Row("low_wind", _SERIOUS,
+    _LEAST_WIND + "in wind up to {least:g} m/s only while it blows at its narrow side, within {sector} degrees, which "
+    "two tag lines hold into the wind")
 CREW_TIMES = Row("crew_times", _MINOR,
     "{sling:g} s to attach the slings, {brace:g} s to align and brace a part and {release:g} s to take its slings "
     "off are too short for a crew")

@@ -20,6 +20,11 @@ WIND_M_S: Final = 9.8
 professional judgement for panels). The wind limits of cranes, 20 m/s for most, assume a sail area of 1.2 m2 per tonne,
 which panels exceed."""
 
+LEAST_WIND_M_S: Final = 7.0
+"""A lift that needs less is one for rare days: winds of Beaufort 4 reach 7.9 m/s. Roofers stop handling large sheets in
+a mean wind of 17 mph, 7.6 m/s (rules of the NFRC, as terrificexterior.com quotes them); a whole number below it
+(professional judgement)."""
+
 HIGHEST_UTILISATION: Final = 0.85
 """Of the load chart, for a pick or a set. A chart holds at rest, for the mass as it is: starting, stopping and a mass
 that is a few per cent off take the rest (professional judgement)."""
@@ -29,6 +34,7 @@ DEFAULT_RULES: Final = {
     "transit_clearance_m": TRANSIT_CLEARANCE_M,
     "rope_clearance_m": ROPE_CLEARANCE_M,
     "wind_speed_m_s": WIND_M_S,
+    "least_wind_m_s": LEAST_WIND_M_S,
 }
 SMALLER_CLEARANCES_M: Final = (1.0, 0.5, 0.0)
 """What a lift keeps if it cannot keep a default: the first of these that it can, of each clearance by itself."""

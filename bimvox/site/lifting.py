@@ -24,7 +24,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.kept import kept
 from bimvox.site.component import Component, Lifting
-from bimvox.site.site import Site
+from bimvox.site.site import Rules, Site
 from bimvox.site.work import Work, work_of
 
 # Lifting points of a part whose model has none, or whose anchors are not where a sling can use them.
@@ -292,6 +292,49 @@ def needs_less_wind(site: Site, component: Component) -> bool:
     if crane is None or "wind_speed_m_s" not in site.rules.gives_way:
         return False
     return permitted_for(site, crane, component) < min(site.rules.wind_speed_m_s, crane.max_wind_m_s)
+
+
+def asked_wind_m_s(rules: Rules) -> float:
+    """Return the wind in which the site file asks for every lift: the rules that do not give way; 0 for none."""
+    asked = ("wind_speed_m_s", "least_wind_m_s")
+    return max((getattr(rules, rule) for rule in asked if rule not in rules.gives_way), default=0.0)
+
+
+def is_below_least_wind(site: Site, component: Component) -> bool:
+    """Return whether a part may be lifted only in less wind than any lift should need, where that gives way.
+
+    Not if the site has no wind (``rules.wind_speed_m_s`` is 0), and not for the limit of the crane itself.
+    """
+    crane, rules = site.crane_of(component), site.rules
+    if crane is None or rules.wind_speed_m_s == 0.0 or "least_wind_m_s" not in rules.gives_way:
+        return False
+    return permitted_for(site, crane, component) < min(rules.least_wind_m_s, crane.max_wind_m_s)
+
+
+LEAST_SECTOR_DEG = 20
+"""Wind that turns by less to either side is usual within minutes (professional judgement)."""
+
+
+def edge_on_deg(site: Site, component: Component) -> int | None:
+    """Return how far, to either side of a part's narrow side, wind of the least speed may come from.
+
+    Two tag lines hold that side into the wind. None if there is no such sector, or it is too small to rely on
+    (``LEAST_SECTOR_DEG``), or the part is upended, which turns other sides to the wind.
+    """
+    from bimvox.site.parts import sail_areas_m2  # takes long to import, and few plans need it
+
+    crane, least_m_s = site.crane_of(component), site.rules.least_wind_m_s
+    if crane is None or component.erected or least_m_s <= 0.0:
+        return None
+    areas_m2 = sail_areas_m2(component.mesh.triangles_m, component.mesh.vertices_m)
+    hung, drag = hung_kg(crane, component), site.rules.drag_coefficient
+    good = [permitted_wind_m_s(crane.max_wind_m_s, hung, area, drag) >= least_m_s for area in areas_m2.tolist()]
+    if all(good) or not any(good):
+        return None
+    count, narrow = len(good), int(areas_m2.argmin())
+    aside = next(n for n in range(count) if not (good[(narrow + n) % count] and good[(narrow - n) % count])) - 1
+    sector_deg = aside * 180 // count
+    return sector_deg if sector_deg >= LEAST_SECTOR_DEG else None
 
 
 def governing_wind(site: Site, lifted: Iterable[Component]) -> GoverningWind | None:

@@ -35,21 +35,22 @@ def sail_area_m2(mesh: TriangleMesh, *, tipped: bool = False) -> float:
         mesh: The part in its orientation in the building; metres.
         tipped: Whether it is upended: then its area while it lies counts too.
     """
-    areas = [_largest(mesh.triangles_m, mesh.vertices_m)]
+    areas = [float(sail_areas_m2(mesh.triangles_m, mesh.vertices_m).max(initial=0.0))]
     if tipped:
-        areas.append(_largest(mesh.triangles_m @ _LYING.T, mesh.vertices_m @ _LYING.T))
+        areas.append(float(sail_areas_m2(mesh.triangles_m @ _LYING.T, mesh.vertices_m @ _LYING.T).max(initial=0.0)))
     return max(areas)
 
 
-def _largest(triangles_m: NDArray[np.float64], vertices_m: NDArray[np.float64]) -> float:
+def sail_areas_m2(triangles_m: NDArray[np.float64], vertices_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (N,) the area that (M, 3, 3) triangles present to a wind from each of N directions over half a turn."""
     angles = np.arange(_DIRECTIONS) * (np.pi / _DIRECTIONS)
     along = np.stack([np.cos(angles), np.sin(angles), np.zeros(_DIRECTIONS)], axis=1)
     shown = _shown(triangles_m, along) * (1.0 if _is_closed(triangles_m) else 2.0)
     try:
         hull = ConvexHull(vertices_m)
     except QhullError:  # a flat part has no hull: its faces are exact
-        return float(shown.max(initial=0.0))
-    return float(np.minimum(shown, _shown(vertices_m[hull.simplices], along)).max())
+        return shown
+    return np.minimum(shown, _shown(vertices_m[hull.simplices], along))
 
 
 def _is_closed(triangles_m: NDArray[np.float64]) -> bool:

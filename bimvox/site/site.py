@@ -79,6 +79,7 @@ class Rules:
     swing: SwingRule = SwingRule.SHAPED
     truckload_kg: float = 0.0
     wind_speed_m_s: float = 0.0
+    least_wind_m_s: float = field(default=0.0, metadata=SPARSE)
     drag_coefficient: float = 2.0
     sling_angle_rad: float = pi / 3.0
     critical_share: float = 0.75

@@ -158,6 +158,13 @@ def test_too_much_sail_for_the_wind_is_refused_with_the_figure():
     assert "sail area of 40.0 m2" in status["beam"].reason and "12 m/s" in status["beam"].reason
     windy = replace(site.rules, wind_speed_m_s=19.9)
     assert "wind" in failures(plan, motions, rules=windy)
+    # The least wind of a lift refuses it too, and only if the site file asks for it.
+    least = replace(site.rules, wind_speed_m_s=0.0, least_wind_m_s=19.9)
+    assert "wind" in failures(plan, motions, rules=least)
+    assert "wind" not in failures(plan, motions, rules=replace(least, gives_way=("least_wind_m_s",)))
+    by_least = replace(site, rules=replace(least, least_wind_m_s=12.0))
+    beam = next(part for part in site.components if part.id == "beam")
+    assert "sail area of 40.0 m2" in refused_by_crane(by_least, beam)
     assert refused_by_crane(replace(site, rules=replace(site.rules, wind_speed_m_s=21.0)), site.components[2])
 
 

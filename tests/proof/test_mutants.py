@@ -143,6 +143,12 @@ def one_in_too_much_wind() -> Site:
 
 
 @cache
+def one_in_too_little_wind() -> Site:
+    """Return the same if every lift must be permitted in 16 m/s, whatever wind is planned."""
+    return replace(one_in_too_much_wind(), rules=Rules(least_wind_m_s=16.0))
+
+
+@cache
 def with_a_closed_zone() -> Site:
     site = portal()
     return replace(site, prohibited=rectangle(site, 6.0, 0.0, 7.0, 12.0))
@@ -400,6 +406,9 @@ MUTANTS: dict[str, Mutant] = {
     ),
     "wind limit 10 % too high": Mutant(
         one_in_too_much_wind, "wind", {"bimvox.planning.stage.permitted_for": returning(times(1.1))}
+    ),
+    "least wind of a lift ignored": Mutant(
+        one_in_too_little_wind, "wind", {"bimvox.planning.stage.asked_wind_m_s": always(0.0)}
     ),
     "raised through something": Mutant(
         raised_beneath_something, "yard", {"bimvox.planning.assembly.Assembly.who_is_at": always(())}

@@ -17,11 +17,13 @@ from bimvox.records.proof import Severity, are_clean
 from bimvox.remarks.remarks import remarks_of
 from bimvox.site.build import with_obstructions
 from bimvox.site.casting import FIELD_CASTING, Casting, CastTimes
+from bimvox.site.config.rules import RulesConfig
 from bimvox.site.crew_times import FIELD_TIMES
 from bimvox.site.map_frame import ifc_to_map
 from bimvox.site.means import Means
 from bimvox.site.obstructions.coordinates import Survey, in_site_frame
 from bimvox.site.obstructions.obstruction_set import Box, Obstruction, ObstructionSet
+from bimvox.site.parts import sail_area_m2
 from bimvox.site.site import Rules, SwingRule
 
 PARTS = [("part", (2.0, 2.0, 0.0), (3.0, 3.0, 3.0))]
@@ -80,6 +82,31 @@ def test_no_remark_if_wind_is_considered_or_the_site_has_no_crane() -> None:
     assert not of_kind(with_rules(wind_speed_m_s=9.0), "wind")
     assert not of_kind(with_rules(crane=False), "wind")
     assert are_clean(remarks_of(with_rules(crane=False), ()))
+
+
+def in_little_wind(high: tuple[float, float, float], kg: float, **rules: Any) -> LiftPlan:
+    """Return the plan of a part from (2, 2, 0) to a corner that weighs this much, with the defaults of a crane."""
+    own = RulesConfig(**rules).rules(has_crane=True)
+    plan = plan_of([("part", (2.0, 2.0, 0.0), high)], crane=crane_at((20.0, 12.0, 0.0)), rules=own)
+    (part,) = plan.site.components
+    part = replace(part, mass_kg=kg, sail_area_m2=sail_area_m2(part.mesh))
+    return replace(plan, site=replace(plan.site, components=(part,)))
+
+
+def test_a_part_that_needs_little_wind_is_a_serious_remark_with_another_way_if_there_is_one() -> None:
+    (panel,) = of_kind(in_little_wind((8.0, 2.2, 3.0), 1_000.0), "low_wind")
+    assert panel.severity is Severity.SERIOUS
+    assert "less than 7 m/s: its sail area is 18.0 m2 for 1.0 t" in panel.text
+    assert "while it blows at its narrow side, within 20 degrees" in panel.text
+    (cube,) = of_kind(in_little_wind((6.0, 6.0, 4.0), 500.0), "low_wind")
+    assert cube.severity is Severity.SERIOUS
+    assert "narrow side" not in cube.text
+    (slower,) = of_kind(in_little_wind((8.0, 2.2, 3.0), 5_000.0), "low_wind")
+    assert slower.severity is Severity.MINOR
+    for rules in ({"wind_speed_m_s": 0.0}, {"least_wind_m_s": 7.0}):
+        assert Severity.SERIOUS not in {
+            one.severity for one in of_kind(in_little_wind((8.0, 2.2, 3.0), 1_000.0, **rules), "low_wind")
+        }
 
 
 def test_assumptions_are_notes() -> None:

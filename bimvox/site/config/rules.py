@@ -242,6 +242,9 @@ class RulesConfig(Table):
     wind_speed_m_s: Annotated[NotNegative, Field(le=100.0)] | None = None
     """Gust of 3 s at jib height in which every lift must be possible; 0: no wind. Default: 9.8 with a crane, as far as
     a part permits it."""
+    least_wind_m_s: Annotated[NotNegative, Field(le=100.0)] | None = None
+    """Gust of 3 s at jib height in which every lift must be permitted at least: a lift that needs less wind is
+    infeasible. Default: 7 with a crane; such a lift is planned then, with a serious remark."""
     drag_coefficient: Positive = _RULES.drag_coefficient
     """Of the parts: 1.1 for a cube to 2.0 for a long plate."""
     sling_angle_deg: Annotated[Number, Field(gt=0.0, le=120.0)] = round(math.degrees(_RULES.sling_angle_rad), 12)

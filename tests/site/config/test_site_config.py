@@ -24,6 +24,7 @@ def test_the_rules_have_the_planners_names_and_defaults():
         "transit_clearance_m": 0.0,
         "rope_clearance_m": 0.0,
         "wind_speed_m_s": 0.0,
+        "least_wind_m_s": 0.0,
         "highest_utilisation": 1.0,
         "gives_way": (),
     }
@@ -37,14 +38,14 @@ def test_the_rules_have_the_planners_names_and_defaults():
 def test_a_crane_brings_clearances_and_wind_that_give_way():
     rules = RulesConfig().rules(has_crane=True)
     assert (rules.transit_clearance_m, rules.rope_clearance_m, rules.wind_speed_m_s) == (2.0, 0.5, 9.8)
-    assert rules.highest_utilisation == 0.85
+    assert (rules.highest_utilisation, rules.least_wind_m_s) == (0.85, 7.0)
     assert set(rules.gives_way) == DEFAULT_RULES.keys()
     given = RulesConfig(transit_clearance_m=3.0, wind_speed_m_s=0.0, highest_utilisation=0.9).rules(has_crane=True)
     assert given.highest_utilisation == 0.9
     assert rules.upend_s == 120.0
     assert RulesConfig(upend_s=0.0).rules(has_crane=True).upend_s == 0.0
     assert (given.transit_clearance_m, given.rope_clearance_m, given.wind_speed_m_s) == (3.0, 0.5, 0.0)
-    assert given.gives_way == ("rope_clearance_m",)
+    assert given.gives_way == ("rope_clearance_m", "least_wind_m_s")
 
 
 @pytest.mark.parametrize(("crane", "clearance_m"), [("", 2.0), ('[crane]\nkind = "none"\n', 0.0)])
