@@ -102,7 +102,7 @@ def test_a_site_without_a_crane_is_proven_too(site_folder):
     from bimvox.site.build import labels_of, with_digests
 
     blockers = tuple(blocker for blocker in record.plan.site.blockers if blocker.kind != "crane")
-    rules = dataclasses.replace(record.plan.site.rules, gives_way=(), curing=None)
+    rules = dataclasses.replace(record.plan.site.rules, gives_way=(), curing=None, upend_s=0.0)
     parts = tuple(dataclasses.replace(part, lifting=USUAL_LIFTING) for part in record.plan.site.components)
     site = dataclasses.replace(record.plan.site, cranes=(), blockers=blockers, rules=rules, components=parts)
     site = with_digests(dataclasses.replace(site, labels=labels_of(site)))
