@@ -25,7 +25,7 @@ from bimvox.records.motion import LiftMotion, PhaseName, Trajectory, quarters_of
 from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace, hook_room, placement_is_free
 from bimvox.site.component import Component, StoredPose, turned_aside
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
-from bimvox.site.site import Site
+from bimvox.site.site import Rules, Site
 from bimvox.units import NS_PER_S
 
 # The empty hook between two lifts, under the same collision rule.
@@ -198,8 +198,7 @@ def _motion(
     spans.append((PhaseName.HOOK_ON, round(crew.hook_on_s * NS_PER_S)))
     raise_timeline = _raising(rigged, empty.load, component, place, hook_on_vox, slew_rad)
     raising = delayed(sampled(raise_timeline, 0.0, rigged._replace(pendulum=None)), _total(spans))
-    stands_s = TRIAL_LIFT_S + (site.rules.upend_s if place.is_upended else 0.0)
-    spans.append((PhaseName.RAISE, _length_ns(raising) + round(stands_s * NS_PER_S)))
+    spans.append((PhaseName.RAISE, _length_ns(raising) + round(raised_s(site.rules, place) * NS_PER_S)))
     spans.append((PhaseName.TURN, round(quarters_of(place.turn) * site.rules.turn_s * NS_PER_S)))
     slew_rad = float(raising.slew_rad[-1])
     timeline, needed_m = drive_lift(site, rigged, carrying, lift, slew_rad)
@@ -219,6 +218,11 @@ def _motion(
         end_ns=phases[-1].end_ns,
         crane=component.crane,
     )
+
+
+def raised_s(rules: Rules, place: YardPlace) -> float:
+    """Return how long the crew takes while a part is raised: for the trial lift, and to upend it if it lies."""
+    return TRIAL_LIFT_S + (rules.upend_s if place.is_upended else 0.0)
 
 
 def drive_lift(

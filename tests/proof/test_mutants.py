@@ -467,7 +467,7 @@ MUTANTS: dict[str, Mutant] = {
         portal, "timeline", {"bimvox.motion.time_lift.crew_times": always(CrewTimes(60.0, 120.0, 30.0))}
     ),
     "a column tilted up in no time": Mutant(
-        cache(lambda: portal(upend_s=90.0)), "timeline", {"bimvox.records.lift.YardPlace.is_upended": lambda _: False}
+        cache(lambda: portal(upend_s=90.0)), "timeline", {"bimvox.motion.time_lift.raised_s": always(10.0)}
     ),
     "no trial lift": Mutant(portal, "timeline", {"bimvox.motion.time_lift.TRIAL_LIFT_S": times(0.0)}),
     "no time to set": Mutant(
