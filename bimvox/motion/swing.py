@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, kernel
+from bimvox.crane.load_chart import wind_force_n
 from bimvox.crane.tower_crane import TowerCrane, tip_height_m
 from bimvox.motion.swept import LoadFrame, load_frame, swaying_is_free
 from bimvox.site.collision import CollisionSpace
@@ -140,6 +141,30 @@ def pendulum_on(site: Site, rigged: TowerCrane, component: Component | None) -> 
     half_m = 0.5 * component.shape.size_vox[2] * site.frame.voxel_size_m
     block_kg, load_kg = masses_on_rope_kg(rigged, component)
     return Pendulum(max(SHORTEST_M, rigged.sling_m + half_m), load_kg / block_kg)
+
+
+_SUDDEN = 2.0
+"""A load that a gust meets at rest swings out to twice where it would hang in a steady wind."""
+
+
+def gust_swing_m(site: Site, rigged: TowerCrane, component: Component, rope_m: float, speed_m_s: float) -> float:
+    """Return how far a load swings out of the vertical in a sudden gust, at most.
+
+    The force is that on its largest sail area; it leans the slings by the weight of the load, and the rope by that of
+    load and hook block.
+
+    Args:
+        site: The site.
+        rigged: The crane as rigged for the load.
+        component: The load.
+        rope_m: From the rope's exit to the hook.
+        speed_m_s: Speed of the gust.
+    """
+    pendulum = pendulum_on(site, rigged, component)
+    below_m = rigged.sling_m if pendulum is None else pendulum.below_hook_m
+    block_kg, load_kg = masses_on_rope_kg(rigged, component)
+    force_n = wind_force_n(speed_m_s, component.sail_area_m2, site.rules.drag_coefficient)
+    return _SUDDEN * force_n / GRAVITY_M_S2 * (rope_m / (block_kg + load_kg) + below_m / load_kg)
 
 
 class Hanging(NamedTuple):

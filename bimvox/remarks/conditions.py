@@ -13,7 +13,7 @@ from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.bim.site_frame import is_about_place
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import enumerated, listed
-from bimvox.motion.figures import capacity_used
+from bimvox.motion.figures import capacity_used, gust_in_transit
 from bimvox.motion.swing import OFF
 from bimvox.proof.over_time import not_current
 from bimvox.records.lift import NOT_ITS_CELLS, Lift, LiftPlan, Status
@@ -115,6 +115,12 @@ def _of_the_lifts(plan: LiftPlan, motions: Sequence[LiftMotion]) -> Iterator[Con
     yield (
         [part.id for lift, part in planned if lift.kept != ALL_KEPT],
         "lifts keep less than the clearance in transit that the rules ask for",
+    )
+    lifts = {lift.order: lift for lift, _ in planned}
+    gusts = [(one, gust_in_transit(site, lifts[one.order], one)) for one in motions if one.order in lifts]
+    yield (
+        [site.components[one.component].id for one, gust in gusts if gust and gust.clear_m_s < gust.speed_m_s],
+        "lifts that a gust swings further than they keep clear wait for less wind, or tag lines hold them",
     )
     if "highest_utilisation" in own.gives_way:
         most = own.highest_utilisation

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from math import degrees, pi
 
 from bimvox.errors import listed
+from bimvox.motion.figures import gust_in_transit
 from bimvox.proof.over_time import not_current
 from bimvox.records.lift import Status
 from bimvox.records.programme import TaskDates
@@ -85,6 +86,18 @@ def _kept_less(subject: Subject) -> Iterator[Remark]:
         if own.heading is HeadingRule.WITH_JIB and component.index in kept_headings:
             yield table.KEPT_HEADING(component)
         yield from _less_wind(site, component)
+
+
+def gusts(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every load that a gust of its permitted wind swings further than it keeps clear."""
+    lifts = {lift.order: lift for lift in subject.lifts}
+    for motion in subject.motions:
+        gust = gust_in_transit(subject.site, lifts[motion.order], motion) if motion.order in lifts else None
+        if gust is None or gust.clear_m_s >= gust.speed_m_s:
+            continue
+        way = f"it stays clear up to {gust.clear_m_s:.1f} m/s" if gust.kept_m > 0.0 else "tag lines must hold it there"
+        component = subject.site.components[motion.component]
+        yield table.GUST_SWING(component, swing=gust.swing_m, most=gust.speed_m_s, kept=gust.kept_m, way=way)
 
 
 def _less_wind(site: Site, component: Component) -> Iterator[Remark]:

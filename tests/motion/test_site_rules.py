@@ -11,11 +11,13 @@ from planned_sites import PORTAL, all_planned, failures, planned, portal_crane, 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg, max_radius_m
 from bimvox.crane.tower_crane import SlowZone, WorkingRange
-from bimvox.motion.figures import capacity_used
+from bimvox.motion.figures import capacity_used, gust_in_transit
 from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.planning.stage import place_radius_m, refused_by_crane
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.proof import Severity
+from bimvox.remarks.conditions import conditions_of
 from bimvox.remarks.remarks import remarks_of
 from bimvox.remarks.table import HIGH_UTILISATION
 from bimvox.site.component import Lifting
@@ -166,6 +168,25 @@ def test_too_much_sail_for_the_wind_is_refused_with_the_figure():
     beam = next(part for part in site.components if part.id == "beam")
     assert "sail area of 40.0 m2" in refused_by_crane(by_least, beam)
     assert refused_by_crane(replace(site, rules=replace(site.rules, wind_speed_m_s=21.0)), site.components[2])
+
+
+def test_a_gust_that_swings_a_load_further_than_it_keeps_clear_is_a_serious_remark():
+    rules = Rules(wind_speed_m_s=8.0, transit_clearance_m=0.5)
+    plan, motions = planned(portal_site(portal_crane(), rules=rules, parts={"beam": {"sail_area_m2": 4.0}}))
+    assert all_planned(plan)
+    lifts = {lift.order: lift for lift in plan.lifts}
+    gusts = {motion.component: gust_in_transit(plan.site, lifts[motion.order], motion) for motion in motions}
+    (beam,) = [gust for gust in gusts.values() if gust.swing_m > 0.0]
+    assert beam.kept_m == 0.5 < beam.swing_m
+    assert beam.clear_m_s == pytest.approx(beam.speed_m_s * np.sqrt(0.5 / beam.swing_m))
+    (remark,) = [one for one in remarks_of(plan, motions) if one.kind == "gust_swing"]
+    assert (remark.component, remark.severity) == ("beam", Severity.SERIOUS)
+    assert f"it stays clear up to {beam.clear_m_s:.1f} m/s" in remark.text
+    assert any("lifts that a gust swings further" in one for one in conditions_of(plan, motions))
+    # With more room, and without wind, nothing is said.
+    for other in (replace(rules, transit_clearance_m=2.0), replace(rules, wind_speed_m_s=0.0)):
+        wide = replace(plan, site=replace(plan.site, rules=other))
+        assert "gust_swing" not in {one.kind for one in remarks_of(wide, motions)}
 
 
 def test_the_governing_radius_is_named():

@@ -23,6 +23,7 @@ from bimvox.motion.swing import (
     GRAVITY_M_S2,
     PLANNED_RESIDUAL_M,
     Pendulum,
+    gust_swing_m,
     half_period_s,
     pendulum_length_m,
     pendulum_of,
@@ -148,6 +149,21 @@ def test_a_motion_that_rests_only_if_all_is_as_planned_is_refused(shaped, monkey
     found = next(check for check in verify_motions(plan, motions).checks if not check.passed)
     assert found.name == "swing"
     assert "with rope and mass off by 10 % the load swings" in found.failures[0]
+
+
+@pytest.mark.parametrize("ratio", [0.2, 2.0, 20.0])
+def test_a_sudden_gust_swings_a_load_no_further_than_twice_its_lean(shaped, ratio):
+    (plan, _), part = shaped, shaped[0].site.components[0]
+    site = dataclasses.replace(plan.site, rules=Rules(drag_coefficient=1.5))
+    part = dataclasses.replace(part, sail_area_m2=3.0, mass_kg=800.0)
+    crane = dataclasses.replace(crane_for(site, site.cranes[0], part), hook_block_kg=800.0 / ratio)
+    block_kg, load_kg = masses_on_rope_kg(crane, part)
+    found_m = gust_swing_m(site, crane, part, 9.0, 8.0)
+    below_m = crane.sling_m + 0.5 * part.shape.size_vox[2] * site.frame.voxel_size_m
+    axes = np.tile([0.0, 9.0, crane.jib_height_m - 9.0], (3, 1))
+    force_n = 1.5 * 3.0 * 0.625 * 8.0**2
+    (seen_m,) = left_m(crane, np.arange(3.0), axes, [(Load(below_m, block_kg, load_kg), 1.0)], force_n)
+    assert 0.85 * found_m < seen_m <= 1.01 * found_m
 
 
 def test_the_bound_includes_the_cost_of_shaping():

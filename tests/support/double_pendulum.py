@@ -35,11 +35,20 @@ class Load:
 
 
 def left_m(
-    crane: TowerCrane, time_s: NDArray[np.float64], axes: NDArray[np.float64], loads: list[tuple[Load, float]]
+    crane: TowerCrane,
+    time_s: NDArray[np.float64],
+    axes: NDArray[np.float64],
+    loads: list[tuple[Load, float]],
+    push_n: float = 0.0,
 ) -> NDArray[np.float64]:
     """Return how far each load swings out on plan after a motion ((N,) times, (N, 3) slew, radius, height).
 
-    ``loads``: each with the length of its rope as a share of the distance from the jib to the hook.
+    Args:
+        crane: The crane.
+        time_s: (N,) times.
+        axes: (N, 3) slew, radius, height at them.
+        loads: Each with the length of its rope as a share of the distance from the jib to the hook.
+        push_n: A force on each load along x, from the start on.
     """
     course = CubicSpline(time_s, axes, bc_type="clamped")
     end_s = float(time_s[-1])
@@ -47,6 +56,7 @@ def left_m(
     block_kg, load_kg = (np.array([getattr(load, key) for load, _ in loads]) for key in ("block_kg", "load_kg"))
     share = np.array([share for _, share in loads])
     down = np.array([0.0, 0.0, -G_M_S2])
+    pushed = down + np.array([push_n, 0.0, 0.0]) / load_kg[:, None]
 
     def exit_at(at_s: float) -> tuple[NDArray[np.float64], ...]:
         """Return place, speed and acceleration of the rope's exit, and those of the rope's length."""
@@ -68,11 +78,11 @@ def left_m(
         between = (upper * lower).sum(1)
         need_u = (length * grows_more + grows**2 - ((block_v - speed) ** 2).sum(1)) / length
         need_l = -((load_v - block_v) ** 2).sum(1) / slings_m
-        r_u, r_l = upper @ down - upper @ bend - need_u, -need_l
+        r_u, r_l = upper @ down - upper @ bend - need_u, (lower * (pushed - down)).sum(1) - need_l
         m = np.stack([1.0 / block_kg, -between / block_kg, -between / block_kg, 1.0 / load_kg + 1.0 / block_kg], 1)
         pulls = np.linalg.solve(m.reshape(-1, 2, 2), np.stack([r_u, r_l], 1)[..., None])[..., 0]
         block_a = down + (pulls[:, 1:] * lower - pulls[:, :1] * upper) / block_kg[:, None]
-        load_a = down - pulls[:, 1:] * lower / load_kg[:, None]
+        load_a = pushed - pulls[:, 1:] * lower / load_kg[:, None]
         return np.stack([block_v, load_v, block_a, load_a])
 
     place, _, _, rope = exit_at(float(time_s[0]))

@@ -18,7 +18,7 @@ _WORDS = {
     "Category": "B basic, I intermediate, C complex, as proposed",
     "Load, radius, capacity, use": "those of the governing sample, the one of the whole lift at which load and rigging "
     "take the largest share of the capacity",
-    "Wind": "highest gust at jib height in which the part may be lifted",
+    "Wind": "highest gust at jib height in which the part may be lifted, and how far the load swings out in it",
     "Bound": "time from pick to set of the fastest motion that the crane's rates permit; no motion is faster",
     "Moves": "steps of the path from cell to cell; fewest: those of the shortest path under the same rules",
 }
@@ -86,10 +86,12 @@ def _governed(cell: Callable[[dict[str, Any], dict[str, Any]], str]) -> Callable
 
 
 def _wind(lift: dict[str, Any], _: dict[str, Any]) -> str:
-    """Return the wind in which a part may be lifted, and what it hangs on."""
-    speed = lift["lifting"]["permitted_wind_m_s"]
+    """Return the wind in which a part may be lifted, how far it swings in it, and what it hangs on."""
+    speed, swing = lift["lifting"]["permitted_wind_m_s"], lift["lifting"]["gust_swing_m"]
     hangs = ", ".join(filter(None, (f"rig {lift['rig']}" if lift["rig"] else "", lift["heading"])))
-    return "<br>".join(filter(None, (number(speed, f"{speed:.1f} m/s", "permitted_wind_m_s"), escape(hangs))))
+    swings = "" if swing is None else "swings " + number(swing, f"{swing:.1f} m", "gust_swing_m")
+    wind = number(speed, f"{speed:.1f} m/s", "permitted_wind_m_s")
+    return "<br>".join(filter(None, (wind, swings, escape(hangs))))
 
 
 def _capacity(_: dict[str, Any], governs: dict[str, Any]) -> str:
