@@ -190,7 +190,7 @@ class _Writer:
         """Return the site's working hours and its free days."""
         make, dates = self.file.create_entity, self.schedule.dates
         assert dates is not None
-        hours = dates.calendar.hours
+        hours = dates.hours
         of_days: dict[tuple[tuple[int, int], ...], list[int]] = {}
         for day in range(7):
             of_days.setdefault(hours.of_weekday(day), []).append(day + 1)

@@ -39,7 +39,7 @@ def to_ms_project(schedule: LiftSchedule) -> bytes:
     Each task carries the part's GlobalId as ``Text1``.
     """
     ElementTree.register_namespace("", NAMESPACE)
-    hours = schedule.dates.calendar.hours if schedule.dates else None
+    hours = schedule.dates.hours if schedule.dates else None
     day_min = sum(high - low for low, high in hours.spans) if hours else 1440
     week_days = len(hours.days) if hours else 7
     project = ElementTree.Element(f"{{{NAMESPACE}}}Project")
@@ -212,7 +212,7 @@ def _task(tasks: ElementTree.Element, number: int, row: _Row, *, is_critical: bo
 
 
 def _calendar(calendars: ElementTree.Element, schedule: LiftSchedule) -> None:
-    hours = schedule.dates.calendar.hours if schedule.dates else None
+    hours = schedule.dates.hours if schedule.dates else None
     name = "Site" if hours else "Round the clock"
     calendar = _add(calendars, "Calendar", UID=_CALENDAR, Name=name, IsBaseCalendar="1")
     days = _add(calendar, "WeekDays")

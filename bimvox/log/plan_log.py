@@ -251,7 +251,7 @@ def log_dates(log: PlanLog, start: datetime | None = None) -> PlanDates | None:
     with suppress(ConfigError):
         programme = read_programme(given[1], given[0], None)
         parts = {lift.order: site.components[lift.component] for lift in log.plan.lifts}
-        return replace(dates, programme=against_programme(programme, parts, dates.spans, dates.calendar.hours))
+        return replace(dates, programme=against_programme(programme, parts, dates.spans, dates.hours))
     return dates
 
 

@@ -11,10 +11,10 @@ from operator import itemgetter
 
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
-from bimvox.records.programme import PERCENTILES, TaskDates, added_ns
+from bimvox.records.programme import PERCENTILES, TaskDates, Weather, added_ns
 from bimvox.records.steps import Step, Steps, cured_ns
-from bimvox.records.unloading import is_unloaded_by_crane, unloading_s
-from bimvox.site.config.calendar import CalendarConfig
+from bimvox.records.unloading import deliveries_of, is_unloaded_by_crane, unloading_s
+from bimvox.site.config.calendar import CalendarConfig, UncertaintyConfig, day_h
 from bimvox.site.means import Means
 from bimvox.site.site import Site
 from bimvox.site.work import Work, work_of
@@ -141,7 +141,7 @@ class WorkTime:
     """
 
     def __init__(self, hours: WorkingHours, begins: datetime) -> None:
-        self.begins = begins
+        self.begins, self.hours = begins, hours
         self._spans: Iterator[tuple[datetime, datetime]] = hours.stretches(begins)
         self._starts: list[int] = []
         self._ends: list[int] = []
@@ -259,6 +259,11 @@ class PlanDates:
     programme: tuple[TaskDates, ...] = ()
     crews: tuple[_CrewHours, ...] = ()
 
+    @property
+    def hours(self) -> WorkingHours:
+        """The working hours, less the days that wind takes."""
+        return self.work.hours
+
     def at(self, clock_ns: int) -> datetime:
         """Return the local time of a time on the site's clock; it ascends, and is in working hours during a lift."""
         n = bisect_right(self.blocks, clock_ns, key=lambda one: one[0].begins_ns) - 1
@@ -297,7 +302,7 @@ class PlanDates:
     @property
     def working_days(self) -> int:
         """Number of working days from the first to the last work."""
-        first, last, hours = self.first.date(), self.last.date(), self.calendar.hours
+        first, last, hours = self.first.date(), self.last.date(), self.hours
         return sum(hours.works(first + timedelta(days=n)) for n in range((last - first).days + 1))
 
     @property
@@ -329,7 +334,11 @@ class PlanDates:
             )
         if ends := self.percentiles:
             words = ", ".join(f"P{share} {in_words(end)}" for share, end in ends)
-            told.append(f"the end if lifts take as long as [calendar.uncertainty] says, by simulation: {words}")
+            assumed = "assumed, " if self.calendar.uncertainty is None else ""
+            told.append(
+                f"the end by simulation ({assumed}[calendar.uncertainty]: crew, learning, single lifts, late lorries, "
+                f"wind): {words}"
+            )
         return tuple(told)
 
     def document(self) -> dict[str, object]:
@@ -376,23 +385,29 @@ def dates_of(
     lifts before it, for its crew and for what carried. Waits run through nights and breaks, work does not.
     ``lifts`` are all of the plan; ``start`` is when work may begin, local time; None takes the calendar's.
     """
+    lifts = list(lifts)
     begins = start or calendar.begins
     if begins is None or not motions:
         return None
-    dates = _Walk(calendar, site, WorkTime(calendar.hours, begins)).over(lifts, motions, steps)
+    dates = _Walk(calendar, site, WorkTime(calendar.hours_from(begins.date()), begins)).over(lifts, motions, steps)
     set_by_crane = {motion.order: (motion.component, dates.lifts[motion.order]) for motion in motions}
     cast = [
         dates.steps[step.order][:2] for step in steps.steps if site.components[step.component].means is Means.IN_SITU
     ]
     unloaded = list(dates.deliveries.values())
     dates = replace(dates, crews=crew_hours(site, calendar, set_by_crane, cast, unloaded, dates.work))
-    if calendar.uncertainty is None:
-        return dates
     times: dict[Work, list[int]] = {}
     for motion in sorted(motions, key=lambda motion: motion.order):
         start_ns, released_ns = dates.lifts[motion.order]
         times.setdefault(work_of(site.components[motion.component]), []).append(released_ns - start_ns)
-    return replace(dates, later_ns=added_ns(calendar.uncertainty, times))
+    days = (dates.first.date(), dates.last.date())
+    weather = Weather(
+        tuple(dates.hours.weather_shares(*days, calendar.days_lost)),
+        sum(days[0] <= day <= days[1] for day in dates.hours.weather),
+        round(day_h(calendar) * _NS_PER_H),
+    )
+    uncertainty = calendar.uncertainty or UncertaintyConfig()
+    return replace(dates, later_ns=added_ns(uncertainty, times, len(deliveries_of(lifts)), weather))
 
 
 def blocks_of(site: Site, motions: Iterable[LiftMotion]) -> tuple[_Block, ...]:

@@ -16,6 +16,8 @@ from bimvox.site.programme import PlannedPart, Programme, ProgrammeTask
 from bimvox.site.work import Work
 from bimvox.site.working_hours import FIRST_YEAR, LAST_YEAR, WorkingHours
 
+_NS_PER_H = 3.6e12
+
 
 @dataclass(frozen=True, slots=True)
 class TaskDates:
@@ -97,25 +99,68 @@ PERCENTILES = (50, 80, 95)
 _AT_ONCE = 64
 
 
-def added_ns(uncertainty: UncertaintyConfig, lifts: Mapping[Work, Sequence[int]]) -> tuple[int, ...]:
+@dataclass(frozen=True, slots=True)
+class Weather:
+    """The days on which wind may stop the cranes.
+
+    Attributes:
+        shares: Of each working day of the plan, how likely it is lost.
+        planned: How many of them the plan leaves free.
+        day_ns: Working time of a day.
+    """
+
+    shares: tuple[float, ...] = ()
+    planned: int = 0
+    day_ns: int = 0
+
+
+def added_ns(
+    uncertainty: UncertaintyConfig,
+    lifts: Mapping[Work, Sequence[int]],
+    deliveries: int = 0,
+    weather: Weather | None = None,
+) -> tuple[int, ...]:
     """Return the working time that the plan takes longer at each of ``PERCENTILES``; negative if it takes less.
 
-    Each lift draws its own factor, triangular between the smallest and the largest of its class; the lifts follow
-    each other, so their times add up. ``uncertainty``: the factors by class; ``lifts``: times of the lifts, ns, by
-    class.
+    Each lift draws its own factor, triangular between the smallest and the largest of its class, and takes longer until
+    its class is learned; all lifts of a plan have one factor of the crew in common. The lifts follow each other, so
+    their times add up. Late lorries and days lost to wind come on top.
+
+    Args:
+        uncertainty: The factors.
+        lifts: Times of the lifts, ns, by class, in the order of the lifts.
+        deliveries: How many deliveries come.
+        weather: The days that wind may take; None: none.
     """
     random = np.random.default_rng(uncertainty.seed)
-    total: NDArray[np.float64] = np.zeros(uncertainty.samples)
+    planned, taken = 0.0, np.zeros(uncertainty.samples)
     for work in Work:
-        factors: tuple[float, float, float] | None = getattr(uncertainty, work.value)
-        times = np.array(lifts.get(work, ()), np.float64)
-        if factors is None or not len(times):
-            continue
-        low, likely, high = factors
-        if low == high:
-            total += (low - 1.0) * times.sum()
-            continue
-        for first in range(0, len(times), _AT_ONCE):
-            own = times[first : first + _AT_ONCE]
-            total += (random.triangular(low, likely, high, (len(total), len(own))) - 1.0) @ own
-    return tuple(int(value) for value in np.percentile(total, PERCENTILES))
+        own = np.array(lifts.get(work, ()), np.float64)
+        planned += float(own.sum())
+        factors = getattr(uncertainty, work.value) or uncertainty.lift
+        own *= _learning(uncertainty, len(own))
+        for first in range(0, len(own), _AT_ONCE):
+            some = own[first : first + _AT_ONCE]
+            taken += _drawn(random, factors, (len(taken), len(some))) @ some
+    added = taken * _drawn(random, uncertainty.crew, (len(taken),)) - planned
+    if deliveries and uncertainty.late_lorries:
+        late = random.random((len(taken), deliveries)) < uncertainty.late_lorries
+        added += (late * _drawn(random, uncertainty.late_h, late.shape)).sum(axis=1) * _NS_PER_H
+    if weather is not None:
+        lost = (random.random((len(taken), len(weather.shares))) < np.array(weather.shares)).sum(axis=1)
+        added += (lost - weather.planned) * weather.day_ns
+    return tuple(int(value) for value in np.percentile(added, PERCENTILES))
+
+
+def _learning(uncertainty: UncertaintyConfig, count: int) -> NDArray[np.float64]:
+    """Return (count,) how many times as long as planned the lifts of a class take, by the power law of learning."""
+    done = np.arange(1, count + 1) / uncertainty.learned_after
+    result: NDArray[np.float64] = np.maximum(1.0, done ** np.log2(uncertainty.learning))
+    return result
+
+
+def _drawn(
+    random: np.random.Generator, factors: tuple[float, float, float], shape: tuple[int, ...]
+) -> NDArray[np.float64]:
+    low, likely, high = factors
+    return np.full(shape, low) if low == high else random.triangular(low, likely, high, shape)

@@ -31,7 +31,7 @@ from bimvox.site.map_frame import read_from_map
 from bimvox.site.means import SAY_WHAT, Means, Reasoned, beyond_road, cast_alike, may_be_cast, nothing_to_lift
 from bimvox.site.parts import entries_by_id, is_erected
 from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, place_building, site_extent, top_m
-from bimvox.site.set_ups import OPEN_ZONES, ground_plan, mast_clear_m
+from bimvox.site.set_ups import OPEN_ZONES, ground_plan, mast_room_m
 from bimvox.site.trial import yard_points
 from bimvox.site.yard_guess import accesses_beside, yard_need, yards_next_to
 
@@ -429,8 +429,7 @@ def proposed_access(config: SiteConfig, building: Building, lifted: Sequence[Ele
     rigs = rigs_of(config, lifted) if gear_by_crane(config, 1)[0] is not None else None
     limits = dict.fromkeys((config.rules.usual_utilisation, config.rules.utmost_utilisation))
     demands = [Demand(lifted, top_m(building), rigs, most_used) for most_used in limits]
-    clear_m = mast_clear_m(config)
-    masts = [shapely.Point(crane.base_m[:2]).buffer(clear_m + crane.mast_size_m / 2.0) for crane in cranes]
+    masts = [shapely.Point(crane.base_m[:2]).buffer(mast_room_m(config, crane)) for crane in cranes]
     areas = [*yards, *((config.areas.construction,) if config.areas.construction else ())]
     areas += [zone.polygon for zone in config.zone if zone.kind not in OPEN_ZONES]
     taken = shapely.union_all([ground_plan(building.elements), *masts, *map(shapely.Polygon, areas)])

@@ -261,9 +261,10 @@ def ground_plan(elements: Iterable[Element]) -> BaseGeometry:
     return shapely.union_all([shadow(one.mesh) for one in elements if one.role in BUILT])
 
 
-def mast_clear_m(config: SiteConfig) -> float:
-    """Return how far a mast is from all areas: loads in transit keep their clearance from it, also next to it."""
-    return max(MAST_CLEARANCE_M, config.rules_in_force.transit_clearance_m + MARGIN_M)
+def mast_room_m(config: SiteConfig, crane: TowerCrane) -> float:
+    """Return how far the middle of a mast is from all areas: loads in transit pass it, and its foundation has room."""
+    clear_m = max(MAST_CLEARANCE_M, config.rules_in_force.transit_clearance_m + MARGIN_M)
+    return max(clear_m + crane.mast_size_m / 2.0, base_of(crane).edge_m / 2.0)
 
 
 class MastPlaces:
@@ -282,7 +283,7 @@ class MastPlaces:
         self._free = shapely.difference(around, taken)
         self._outline = building.convex_hull
         self._courts = shapely.difference(_filled(building), building)
-        self._clear_m = mast_clear_m(config)
+        self._config = config
         self._plot = None if config.areas.plot is None else shapely.Polygon(config.areas.plot)
         self._areas: dict[tuple[float, float, bool], BaseGeometry] = {}
 
@@ -308,7 +309,7 @@ class MastPlaces:
         return max(_LEAST_PITCH_M, float(np.ceil(np.sqrt(self._area(crane).area / most))))
 
     def _area(self, crane: TowerCrane) -> BaseGeometry:
-        room_m = max(self._clear_m + crane.mast_size_m / 2.0, base_of(crane).edge_m / 2.0)  # also for its foundation
+        room_m = mast_room_m(self._config, crane)
         key = room_m, crane.jib_length_m, crane.kind == "mobile"
         if key not in self._areas:
             area = (self._free.difference(self._courts) if key[2] else self._free).buffer(-key[0])

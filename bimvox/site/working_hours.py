@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date, datetime, time, timedelta
 from functools import cache
 from typing import Self
@@ -20,6 +20,9 @@ SPAN = r"^\d\d:\d\d-\d\d:\d\d$"
 
 _DAY_MIN = 1440
 _MOST_FREE_DAYS = 3660
+_WEATHER_DAYS = 1461
+"""For so long, days lost to wind are laid out: work of more than four years has none after them."""
+_ROUNDING = 1e-9
 
 Span = tuple[int, int]
 """Two times of a day, in minutes after its midnight; the second one may be on the next day."""
@@ -36,6 +39,7 @@ class WorkingHours:
         free: Days without work.
         country: Country whose public holidays are free too; None for none.
         region: Its region.
+        weather: Those of ``free`` that wind takes.
     """
 
     days: frozenset[int]
@@ -44,6 +48,7 @@ class WorkingHours:
     free: frozenset[date] = frozenset()
     country: str | None = None
     region: str | None = None
+    weather: frozenset[date] = frozenset()
 
     @classmethod
     def of(
@@ -116,6 +121,43 @@ class WorkingHours:
             if (weekday - 1) % 7 in self.days and high > _DAY_MIN
         ]
         return (*night, *today)
+
+    def less_weather(self, first: date, days: Sequence[float]) -> WorkingHours:
+        """Return the hours of work that begins on a day, free of work on so many working days of each month, evenly.
+
+        What is less than a day is carried on: the first free day comes when a whole one has been lost.
+
+        Args:
+            first: First day of work.
+            days: Of each month, January first.
+        """
+        if not any(days):
+            return self
+        lost: set[date] = set()
+        owed, at = 0.0, first
+        while at < first + timedelta(days=_WEATHER_DAYS):
+            shares = self._share_of_month(at.year, at.month, days)
+            while at.month == shares[0] and at < first + timedelta(days=_WEATHER_DAYS):
+                if self.works(at):
+                    if owed >= 1.0 - _ROUNDING:
+                        lost.add(at)
+                        owed -= 1.0
+                    owed += shares[1]
+                at += timedelta(days=1)
+        return replace(self, free=self.free | lost, weather=frozenset(lost))
+
+    def weather_shares(self, first: date, last: date, days: Sequence[float]) -> list[float]:
+        """Return the share of each day that wind takes, of the days from ``first`` to ``last`` that may be worked."""
+        plain = replace(self, free=self.free - self.weather, weather=frozenset())
+        every = (first + timedelta(days=n) for n in range((last - first).days + 1))
+        return [plain._share_of_month(day.year, day.month, days)[1] for day in every if plain.works(day)]
+
+    def _share_of_month(self, year: int, month: int, days: Sequence[float]) -> tuple[int, float]:
+        """Return the month and the share of its working days that is lost."""
+        begin = date(year, month, 1)
+        every = (begin + timedelta(days=n) for n in range(31))
+        worked = sum(self.works(day) for day in every if day.month == month)
+        return month, min(1.0, days[month - 1] / worked) if worked else 0.0
 
     def free_days(self, first: date, last: date) -> tuple[date, ...]:
         """Return the days from ``first`` to ``last`` that would be working days but for a holiday."""

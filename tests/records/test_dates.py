@@ -24,7 +24,10 @@ SITE = SimpleNamespace(
     has_several_cranes=False,
     access=None,
     cranes=(),
-    components=[SimpleNamespace(means=means, crane=0) for means in (Means.IN_SITU, Means.BY_HAND)],
+    components=[
+        SimpleNamespace(means=means, crane=0, material=None, ifc_class="IfcWall", predefined_type=None)
+        for means in (Means.IN_SITU, Means.BY_HAND)
+    ],
     rules=SimpleNamespace(casting=SimpleNamespace(people=8.0), curing=None, yard=None, truckload_kg=0.0),
 )
 
@@ -58,7 +61,7 @@ def dated(calendar, lengths_s, steps=None, start=None, delivery=None) -> PlanDat
 
 
 def calendar_of(**keys) -> CalendarConfig:
-    return CalendarConfig(start=MONDAY, **{"unloading_s": 0.0, **keys})
+    return CalendarConfig(start=MONDAY, **{"unloading_s": 0.0, "weather_days": (0.0,) * 12, **keys})
 
 
 @st.composite
@@ -157,7 +160,7 @@ def test_a_lift_longer_than_every_stretch_runs_on_and_is_named():
     found = dated(calendar_of(), [60, 4 * 3600, 60])
     assert found.too_long == (1,)
     assert [found.moment(start).strftime("%H:%M") for start, _ in found.lifts.values()] == ["07:00", "09:15", "13:15"]
-    assert "run on into a break or beyond the shift: lift 2" in found.notes[-1]
+    assert "run on into a break or beyond the shift: lift 2" in found.notes[1]
 
 
 def test_weekends_holidays_and_own_days_are_free():
@@ -213,6 +216,29 @@ def test_a_delivery_may_come_some_working_days_before_if_the_yard_is_free(days):
     assert found.deliveries[0] == late.deliveries[0], "the first one comes when work begins"
     far = waits_for_concrete(delivery_days=60)
     assert far.deliveries[1][0] >= far.lifts[0][1], "the yard is full until then"
+
+
+@given(first=st.dates(MONDAY, MONDAY + timedelta(days=365)), lost=st.floats(0.0, 6.0))
+def test_wind_takes_its_days_of_each_month_evenly_and_nothing_of_short_work(first, lost):
+    plain = calendar_of(country="DE").hours
+    hours = plain.less_weather(first, (lost,) * 12)
+    year = [first + timedelta(days=n) for n in range(365)]
+    taken = [day for day in year if plain.works(day) and not hours.works(day)]
+    assert set(taken) == {day for day in hours.weather if day <= year[-1]}
+    assert len(taken) == pytest.approx(12 * lost, abs=2.5)
+    if taken:
+        shares = plain.weather_shares(first, taken[0] - timedelta(days=1), (lost,) * 12)
+        assert sum(shares) >= 1.0 - 1e-6, "a whole day is lost before one is left free"
+        assert sum(shares[:-1]) < 1.0
+
+
+def test_a_plan_that_is_long_enough_leaves_days_to_the_wind():
+    calm = dated(calendar_of(), [6 * 3600] * 30)
+    windy = dated(calendar_of(weather_days=(4.0,) * 12), [6 * 3600] * 30)
+    lost = sum(windy.first.date() <= day <= windy.last.date() for day in windy.hours.weather)
+    assert lost >= 5 and windy.working_days == calm.working_days == 30
+    assert windy.last > calm.last
+    assert windy.percentiles[1][1] > calm.percentiles[1][1]
 
 
 def test_two_cranes_stop_only_while_no_load_hangs():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from datetime import date, timedelta
 
+import numpy as np
 import pytest
 import seeded_faults as faults
 from hypothesis import given
@@ -15,7 +16,7 @@ from xer_files import xer_text
 
 from bimvox.errors import ConfigError
 from bimvox.log.plan_log import PlanLog, all_remarks, log_dates
-from bimvox.records.programme import PERCENTILES, _WorkingDays, added_ns
+from bimvox.records.programme import PERCENTILES, Weather, _WorkingDays, added_ns
 from bimvox.remarks.table import LATE
 from bimvox.rendering.report.page import programme
 from bimvox.rendering.report.record import record_of
@@ -95,13 +96,16 @@ def test_days_between_are_counted_as_one_by_one(days):
 H_NS = 3600 * 10**9
 
 
+CERTAIN = {"crew": (1.0, 1.0, 1.0), "lift": (1.0, 1.0, 1.0), "learning": 1.0, "late_lorries": 0.0}
+
+
 def test_fixed_factors_add_exactly_what_they_say():
-    fixed = UncertaintyConfig(wall=(1.5, 1.5, 1.5))
+    fixed = UncertaintyConfig(**CERTAIN | {"wall": (1.5, 1.5, 1.5)})
     assert added_ns(fixed, {Work.WALL: [2 * H_NS, 4 * H_NS], Work.SLAB: [H_NS]}) == (3 * H_NS,) * 3
 
 
 def test_percentiles_are_those_of_a_triangle_ascend_and_are_deterministic():
-    one = UncertaintyConfig(wall=(0.5, 1.0, 2.0), samples=100_000)
+    one = UncertaintyConfig(**CERTAIN | {"wall": (0.5, 1.0, 2.0), "samples": 100_000})
     found = added_ns(one, {Work.WALL: [H_NS]})
     # Above the mode, the triangle's distribution function is 1 - (2 - x)^2 / 1.5.
     wanted = [1.0 - (1.5 * (1.0 - share / 100.0)) ** 0.5 for share in PERCENTILES]
@@ -111,6 +115,32 @@ def test_percentiles_are_those_of_a_triangle_ascend_and_are_deterministic():
     )
     many = added_ns(one, {Work.WALL: [H_NS // 100] * 100})
     assert many[2] - many[0] < (found[2] - found[0]) / 5
+
+
+def test_what_lifts_have_in_common_does_not_average_out():
+    lifts = {Work.WALL: [H_NS // 100] * 100}
+    alone = added_ns(UncertaintyConfig(**CERTAIN | {"lift": (0.8, 1.0, 1.4)}), lifts)
+    common = added_ns(UncertaintyConfig(**CERTAIN | {"crew": (0.8, 1.0, 1.4)}), lifts)
+    assert common[2] - common[0] > 5 * (alone[2] - alone[0])
+    one = added_ns(UncertaintyConfig(**CERTAIN | {"crew": (0.8, 1.0, 1.4)}), {Work.WALL: [H_NS]})
+    assert common == pytest.approx(one)
+
+
+def test_the_first_lifts_of_a_class_take_longer_until_it_is_learned():
+    learning = UncertaintyConfig(**CERTAIN | {"learning": 0.8, "learned_after": 4})
+    assert added_ns(learning, {Work.WALL: [H_NS] * 6})[0] / H_NS == pytest.approx(
+        (1 / 0.64 - 1) + (1 / 0.8 - 1) + ((3 / 4) ** np.log2(0.8) - 1)
+    )
+    assert added_ns(learning, {Work.WALL: [H_NS], Work.SLAB: [H_NS]})[0] / H_NS == pytest.approx(2 * (1 / 0.64 - 1))
+
+
+def test_late_lorries_and_wind_come_on_top():
+    late = UncertaintyConfig(**CERTAIN | {"late_lorries": 1.0, "late_h": (2.0, 2.0, 2.0)})
+    assert added_ns(late, {Work.WALL: [H_NS]}, 3) == (6 * H_NS,) * 3
+    sure = UncertaintyConfig(**CERTAIN)
+    assert added_ns(sure, {Work.WALL: [H_NS]}, 3, Weather((1.0, 0.0, 1.0), 1, 8 * H_NS)) == (8 * H_NS,) * 3
+    low, _, high = added_ns(sure, {Work.WALL: [H_NS]}, 0, Weather((0.1,) * 20, 2, 8 * H_NS))
+    assert low == 0 and high in (2 * 8 * H_NS, 3 * 8 * H_NS), "of 20 days 2 are lost on average, 4 or 5 with P95"
 
 
 def test_the_end_moves_in_working_hours_and_is_told():
@@ -123,12 +153,14 @@ def test_the_end_moves_in_working_hours_and_is_told():
         assert found is not None
         return found
 
-    every = ", ".join(f"{work.value} = [FACTOR, FACTOR, FACTOR]" for work in Work)
+    every = "learning = 1, late_lorries = 0, lift = [1, 1, 1], crew = [FACTOR, FACTOR, FACTOR]"
     plain = dated(b"")
-    assert plain.percentiles == () and "percentiles" not in plain.document()
-    same = dated(f"uncertainty = {{ {every.replace('FACTOR', '1')} }}\n".encode())
+    ends = [end for _, end in plain.percentiles]
+    assert plain.last < ends[0] <= ends[1] <= ends[2], "assumed, and said"
+    assert "by simulation (assumed" in plain.notes[-1]
+    same = dated(f"uncertainty = {{ {every.replace('FACTOR', '1')} }}\nweather_days = {[0] * 12}\n".encode())
     assert {end for _, end in same.percentiles} == {plain.last}
-    twice = dated(f"uncertainty = {{ {every.replace('FACTOR', '2')} }}\n".encode())
+    twice = dated(f"uncertainty = {{ {every.replace('FACTOR', '2')} }}\nweather_days = {[0] * 12}\n".encode())
     (end,) = {end for _, end in twice.percentiles}
     assert end > plain.last
     assert 7 <= end.hour < 9 or (end.hour, end.minute, end.second) == (9, 0, 0)

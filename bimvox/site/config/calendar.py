@@ -24,8 +24,15 @@ Factors = Annotated[tuple[Factor, Factor, Factor], AfterValidator(_ascending)]
 
 
 class UncertaintyConfig(Table):
-    """Factors of the planned time of a lift by class of work: shortest, likely, longest. Each lift draws its own."""
+    """How much shorter or longer the plan may take, for the percentiles of its end. All defaults are assumed.
 
+    Factors of the planned time, of each lift by class of work (shortest, likely, longest) and of all lifts together.
+    """
+
+    crew: Factors = (0.9, 1.0, 1.3)
+    """Of all work alike: how good, how large and how well led the crew is. One factor for the whole plan."""
+    lift: Factors = (0.8, 1.0, 1.5)
+    """Of each lift by itself; for the classes below that are not given."""
     footing: Factors | None = None
     """Footings, piles, base slabs."""
     column: Factors | None = None
@@ -42,6 +49,15 @@ class UncertaintyConfig(Table):
     """All parts of steel."""
     other: Factors | None = None
     """All others."""
+    learning: Annotated[Positive, Field(ge=0.5, le=1.0)] = 0.9
+    """Share of its time that a lift takes when twice as many of its class have been set, until it takes the planned
+    time. 1: nobody learns."""
+    learned_after: Annotated[Whole, Field(ge=1, le=10_000)] = 8
+    """With this lift of a class, a crew takes the planned time."""
+    late_lorries: Annotated[NotNegative, Field(le=1.0)] = 0.2
+    """Share of the deliveries that are late."""
+    late_h: Factors = (0.25, 0.5, 2.0)
+    """Hours that a late delivery keeps crane and crew waiting: shortest, likely, longest."""
     samples: Annotated[Whole, Field(ge=100, le=100_000)] = 10_000
     """Number of simulated plans."""
     seed: Annotated[Whole, Field(ge=0)] = 0
@@ -116,6 +132,10 @@ Day = Annotated[date, Field(strict=True), AfterValidator(day_of)]
 People = Annotated[Whole, Field(ge=1, le=10_000)]
 Country = Annotated[Text, Field(pattern="^[A-Z]{2,3}$")]
 
+WeatherDays = Annotated[NotNegative, Field(le=31.0)]
+USUAL_WEATHER_DAYS = (2.0, 2.0, 1.5, 1.0, 1.0, 0.5, 0.5, 0.5, 1.0, 1.5, 2.0, 2.0)
+"""Working days a month on which wind stops the cranes, if the site file does not say (professional judgement)."""
+
 DEFAULT_SHIFT = "07:00-16:00"
 DEFAULT_BREAKS = ("09:00-09:15", "12:00-12:45")
 USUAL_UNLOADING_S = 1800.0
@@ -154,8 +174,16 @@ class CalendarConfig(Table):
     """People of a crane's erection crew, slinger and signaller included. Default: not stated."""
     unloading_people: People | None = None
     """People who unload a delivery. Default: not stated."""
+    weather_days: Annotated[tuple[WeatherDays, ...], Field(min_length=12, max_length=12)] | None = Field(
+        default=None, examples=[USUAL_WEATHER_DAYS]
+    )
+    """Working days a month, January first, on which wind stops the cranes: a statistic of the place, such as the days
+    with gusts above the wind in which lifts are permitted. Each whole day that they add up to is free of work.
+    Default: the example, for the north (assumed); twelve times 0: none."""
+    weather_source: Text | None = Field(default=None, max_length=200, examples=["station, years, gusts above 9.8 m/s"])
+    """Where `weather_days` come from."""
     uncertainty: UncertaintyConfig | None = None
-    """How much shorter or longer lifts may take; with it, the end is given as percentiles too."""
+    """How much shorter or longer the plan may take. Default: the defaults of this table."""
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
@@ -175,6 +203,15 @@ class CalendarConfig(Table):
         return WorkingHours.of(
             self.days, self.shifts, breaks, self.holidays, self.country, self.region, any_breaks=self.breaks is None
         )
+
+    @property
+    def days_lost(self) -> tuple[float, ...]:
+        """Working days that wind takes of each month, January first."""
+        return USUAL_WEATHER_DAYS if self.weather_days is None else self.weather_days
+
+    def hours_from(self, day: date) -> WorkingHours:
+        """Return the working hours of work that begins on a day, less the days that wind takes."""
+        return self.hours.less_weather(day, self.days_lost)
 
     @property
     def begins(self) -> datetime | None:
@@ -203,12 +240,19 @@ class CalendarConfig(Table):
             f"breaks {' and '.join(breaks)}" if breaks else "no breaks",
             public + (f" ({self.region})" if self.region else ""),
             *([f"{len(self.holidays)} more free days"] if self.holidays else []),
+            self._weather_in_words(),
             f"set-up of the crane {self.setup_h:g} h",
             "unloading by the crane" if by_crane else f"unloading of a lorry {unloading_min:g} min",
             *([f"erection crew of {self.erection_people}"] if self.erection_people else []),
             *([f"unloading crew of {self.unloading_people}"] if self.unloading_people else []),
         ]
         return ", ".join(parts)
+
+    def _weather_in_words(self) -> str:
+        if not any(self.days_lost):
+            return "no days lost to wind"
+        source = "assumed" if self.weather_days is None else self.weather_source or "no source is given"
+        return f"wind takes {sum(self.days_lost):g} working days a year ({source})"
 
 
 _WEEKS_A_MONTH = 52.0 / 12.0
@@ -258,6 +302,9 @@ def rates_of(costs: CostsConfig, calendar: CalendarConfig, name: str, kind: str,
 
 def month_h(calendar: CalendarConfig) -> float:
     """Return the working hours of a month without holidays."""
-    hours = calendar.hours
-    day_min = sum(end - start for start, end in hours.spans)
-    return len(hours.days) * day_min / 60.0 * _WEEKS_A_MONTH
+    return len(calendar.hours.days) * day_h(calendar) * _WEEKS_A_MONTH
+
+
+def day_h(calendar: CalendarConfig) -> float:
+    """Return the working hours of a day."""
+    return sum(end - start for start, end in calendar.hours.spans) / 60.0

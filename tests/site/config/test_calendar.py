@@ -45,7 +45,8 @@ def test_the_default_says_what_it_is() -> None:
     assert calendar.is_default
     assert calendar.begins is None
     assert calendar.in_words() == (
-        "Mon to Fri 07:00-16:00, breaks 09:00-09:15 and 12:00-12:45, no public holidays, set-up of the crane 0 h, "
+        "Mon to Fri 07:00-16:00, breaks 09:00-09:15 and 12:00-12:45, no public holidays, "
+        "wind takes 15.5 working days a year (assumed), set-up of the crane 0 h, "
         "unloading of a lorry 30 min"
     )
     assert read('shifts = ["13:00-17:00"]').calendar.hours.spans == ((780, 1020),)
