@@ -38,12 +38,14 @@ Lying = tuple[StoredPose, int]
 class Clearance(NamedTuple):
     """What a part needs around it in transit: so many cells, at its own heading or at every one.
 
-    ``most_used``: the share of the load chart that it may use when it is picked, as in ``hook_room``.
+    ``most_used``: the share of the load chart that it may use when it is picked, as in ``hook_room``; ``aside``: how
+    many columns around its footprint are clear of structures and the building.
     """
 
     border: int
     turns: bool
     most_used: float | None = None
+    aside: int = 0
 
 
 class _Rectangle(NamedTuple):
@@ -91,6 +93,11 @@ class BestPlace:
         self._origin_m, self._size_m = np.array(site.frame.origin_m), site.frame.voxel_size_m
         self._flat, self._floor = np.zeros(site.shape[:2], np.int32), site.yard_floor_vox
         self._too_high: dict[int, NDArray[np.int32]] = {}
+        standing = tops > self._floor
+        for part in site.components:
+            columns = part.shape.cells[:, :2] + np.array(part.target_vox[:2])
+            standing[tuple(columns.T)] = True
+        self._standing = counts(standing)
         columns = np.moveaxis(np.indices(site.shape[:2]), 0, -1)
         hooks = np.concatenate([columns, np.zeros((*site.shape[:2], 1), np.int64)], axis=-1)
         self._picks = []
@@ -137,7 +144,11 @@ class BestPlace:
             x, y = _best(
                 free,
                 hook,
-                self._columns_too_high(component, clearance.border),
+                (
+                    self._columns_too_high(component, clearance.border),
+                    self._standing if clearance.aside else np.empty((0, 0), np.int32),
+                    clearance.aside,
+                ),
                 self._nearest == component.crane if self._nearest.size else np.empty((0, 0), np.bool_),
                 (size_x, size_y, *offset),
                 (corners, around),
@@ -217,7 +228,7 @@ def _nearest_cranes(site: Site) -> NDArray[np.int64]:
 def _best(
     free: NDArray[np.bool_],
     hook: NDArray[np.bool_],
-    too_high: NDArray[np.int32],
+    around: tuple[NDArray[np.int32], NDArray[np.int32], int],
     own: NDArray[np.bool_],
     footprint: tuple[int, int, int, int],
     room: tuple[_Rectangle, _Rectangle],
@@ -229,15 +240,17 @@ def _best(
     A place whose hook is in the crane's own columns is better than any other: so the cranes pick in different areas of
     the yard and do not get in each other's way there.
 
-    ``free``: (X, Y) the free columns; ``hook``: (X, Y) where the hook may be; ``too_high``: (X + 1, Y + 1) ``counts``
-    of columns that are too high around it; size 0: none counts; ``own``: (X, Y) the columns nearest to the part's
-    crane; size 0: all; ``footprint``: its size along x and y, and where in it the hook is; ``room``: where the lowest
-    corner may be, and the columns around it, which must not be too high; ``picks``: the crane's axes; ``ends``: where
-    the hook comes from and goes to.
+    ``free``: (X, Y) the free columns; ``hook``: (X, Y) where the hook may be; ``around``: what must not be around the
+    place: (X + 1, Y + 1) ``counts`` of columns that are too high, the same of columns with something in them, and how
+    many columns around the footprint are clear of the latter; size 0: none counts; ``own``: (X, Y) the columns nearest
+    to the part's crane; size 0: all; ``footprint``: its size along x and y, and where in it the hook is; ``room``:
+    where the lowest corner may be, and the columns around it, which must not be too high; ``picks``: the crane's axes;
+    ``ends``: where the hook comes from and goes to.
     """
     nx, ny = free.shape
     size_x, size_y, hook_x, hook_y = footprint
-    corners, around = room
+    corners, high = room
+    too_high, standing, aside = around
     taken = np.zeros((nx + 1, ny + 1), np.int32)
     for i in range(nx):
         row = np.int32(0)
@@ -253,8 +266,13 @@ def _best(
             ):
                 continue
             if too_high.size:
-                x0, y0, x1, y1 = x + around.x0, y + around.y0, x + around.x1, y + around.y1
+                x0, y0, x1, y1 = x + high.x0, y + high.y0, x + high.x1, y + high.y1
                 if too_high[x1, y1] - too_high[x0, y1] - too_high[x1, y0] + too_high[x0, y0]:
+                    continue
+            if standing.size:
+                x0, y0, x1, y1 = max(0, x - aside), max(0, y - aside), x + size_x + aside, y + size_y + aside
+                x1, y1 = min(nx, x1), min(ny, y1)
+                if standing[x1, y1] - standing[x0, y1] - standing[x1, y0] + standing[x0, y0]:
                     continue
             is_here_own = own.size == 0 or own[i, j]
             if is_own and not is_here_own:

@@ -29,12 +29,13 @@ from numpy.typing import NDArray
 from bimvox.crane.travel import Travel
 from bimvox.grid.frame import whole_cells
 from bimvox.planning.best_place import BestPlace, Clearance, Lying, counts
+from bimvox.planning.occupancy import highest_around
 from bimvox.planning.stacks import Racks, Rectangle, Stacks, Taken, is_racked, is_stacked
 from bimvox.records.lift import YardPlace, yard_place
 from bimvox.records.unloading import Lorries, fewest_lorries
-from bimvox.site.collision import margin_vox
+from bimvox.site.collision import hook_room, margin_vox
 from bimvox.site.component import Component, StoredPose, erection_size_vox, turned_shape
-from bimvox.site.default_rules import HEADROOM_M, NOTHING_KEPT
+from bimvox.site.default_rules import HEADROOM_M, NOTHING_KEPT, SMALLER_CLEARANCES_M, Kept
 from bimvox.site.means import Means
 from bimvox.site.site import HeadingRule, Site
 
@@ -77,6 +78,12 @@ class _Allocation:
     def state(self) -> tuple[dict[int, Component], list[int], list[YardPlace | None], int]:
         """Return what a delivery changes."""
         return dict(self._before), list(self.given), list(self.places), self._number
+
+    def _asides(self, component: Component) -> list[int]:
+        """Return how many columns stay clear of structures and the building around a part that is upended."""
+        if not component.erected:
+            return [0]
+        return sorted({margin_vox(self._site), margin_vox(self._site, NOTHING_KEPT)}, reverse=True)
 
     def take_back(self, state: tuple[dict[int, Component], list[int], list[YardPlace | None], int]) -> None:
         """Forget the deliveries since a state."""
@@ -122,12 +129,15 @@ class _Allocation:
             return True
         racked, alone = now.rooms(component, _without_given(site, self._empty, self.given))
         rooms = [
-            (Clearance(border, False, share), room)
-            for border, share, some in product(self._borders, self._shares, (racked, alone))
+            (Clearance(border, False, share, aside), room)
+            for border, aside, share, some in product(
+                self._borders, self._asides(component), self._shares, (racked, alone)
+            )
             for room in some
         ]
         if site.rules.heading is HeadingRule.WITH_JIB:
-            rooms.insert(0, (Clearance(self._borders[0], True), (*racked, *alone)[0]))
+            aside = self._asides(component)[0]
+            rooms.insert(0, (Clearance(self._borders[0], True, None, aside), (*racked, *alone)[0]))
         for clearance, room in rooms:
             before = self._before.get(component.crane)
             found = self._best.of(component, room.columns, room.lyings, clearance, before)
@@ -160,6 +170,7 @@ class _Delivery:
     def __init__(self, site: Site, number: int, free: NDArray[np.bool_]) -> None:
         self._site, self._gap_vox = site, gap_vox(site)
         self.number, self.free, self.load = number, free, Lorries(site)
+        self._apart = np.ones_like(free)
         self.given: list[Rectangle] = []
         taken = Taken(self._gap_vox)
         self.stacks, self.racks = Stacks(site, taken), Racks(site, taken)
@@ -173,11 +184,11 @@ class _Delivery:
             alone = [alone[0], _Room(fresh, preferred, True), alone[1], _Room(fresh, turned, True)]
         if not is_racked(self._site, component):
             if self.load and is_stacked(self._site, component):
-                below = self.stacks.room_below(component, _footprint(component, *preferred[0]), fresh)
+                below = self.stacks.room_below(component, _footprint(component, *preferred[0]), fresh & self._apart)
                 alone = [*([_Room(below, preferred)] if below.any() else []), *alone]
             return [], alone
         racked = []
-        behind = self.racks.room_behind(component, _footprint(component, *preferred[0]), fresh)
+        behind = self.racks.room_behind(component, _footprint(component, *preferred[0]), fresh & self._apart)
         if behind.any():
             racked.append(_Room(behind, preferred, side=1))
         for room in alone:
@@ -201,6 +212,10 @@ class _Delivery:
         else:
             self.stacks.add(component, place)
         _take(self.free, place[:2], place[2:], self._gap_vox)
+        if component.erected:  # what comes later is still there when it is upended
+            around = margin_vox(self._site)
+            _take(self.free, place[:2], place[2:], around)
+            _take(self._apart, place[:2], place[2:], around)
         self.load.add(component)
 
     def settle(self, places: list[YardPlace | None]) -> None:
@@ -238,7 +253,8 @@ def risen(site: Site, order: tuple[int, ...], places: Sequence[YardPlace | None]
     """Return the places with the rise of turned parts: how far they are raised before they are turned.
 
     They are raised above everything within the circle of their corners: structures, parts of the same delivery, and
-    parts of the building that are set earlier.
+    parts of the building that are set earlier. They keep the clearance of loads in transit, or as much of it as fits
+    below the jib and into the site.
     """
     if not any(place is not None and place.turn for place in places):
         return tuple(places)
@@ -253,10 +269,26 @@ def risen(site: Site, order: tuple[int, ...], places: Sequence[YardPlace | None]
             for other, mate in enumerate(places):
                 if mate is not None and other != index and mate.delivery == place.delivery:
                     _raise_tops(near, mate.shape.cells + np.array(mate.cell_vox, np.int32))
-            top = int(near[tuple(columns[inside].T)].max(initial=0))
-            found[index] = replace(place, rise_vox=max(1, top - place.cell_vox[2]))
+            found[index] = _raised(site, component, place, near, columns[inside])
         _raise_tops(tops, component.shape.cells + np.array(component.target_vox, np.int32))
     return tuple(found)
+
+
+def _raised(
+    site: Site, component: Component, place: YardPlace, near: NDArray[np.int32], columns: NDArray[np.int32]
+) -> YardPlace:
+    """Return a place with its rise; ``near``: (X, Y) how high things are; ``columns``: (N, 2) what it sweeps."""
+    levels = [Kept(transit_clearance_m=level_m) for level_m in SMALLER_CLEARANCES_M]
+    asides = [margin_vox(site), *(margin_vox(site, kept) for kept in levels)]
+    ceiling = hook_room(site, site.crane_of(component), np.zeros_like(near), component, place.turn).ceiling
+    for aside in dict.fromkeys(asides):
+        top = int(highest_around(near, aside)[tuple(columns.T)].max(initial=0)) + aside
+        raised = replace(place, rise_vox=max(1, top - place.cell_vox[2]))
+        foot = np.add(raised.transit_start_vox, component.hook_offset_vox)
+        inside = raised.transit_start_vox[2] + component.shape.size_vox[2] <= site.shape[2]
+        if aside == asides[-1] or (inside and (not ceiling.size or foot[2] <= ceiling[foot[0], foot[1]])):
+            break
+    return raised
 
 
 def _fixed_tops(site: Site) -> NDArray[np.int32]:

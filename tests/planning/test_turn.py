@@ -15,6 +15,8 @@ from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
 from bimvox.records.motion import PhaseName
+from bimvox.remarks.remarks import remarks_of
+from bimvox.remarks.table import RAISED_NEAR
 from bimvox.site.component import StoredPose
 from bimvox.site.site import Blocker, Rules
 
@@ -207,3 +209,40 @@ def test_a_long_beam_passes_lengthwise_through_a_narrow_place():
     _, plan = planned(box_site([across], structure=GATE, shape=(40, 30, 18), rules=Rules(rope=False)))
     assert plan.lifts[0].status is Status.INFEASIBLE
     assert set(plan.lifts[0].blocked_by) >= {"left", "right"}
+
+
+COLUMNS = [(f"column {n}", (1.0 + 2.0 * n, 1.0, 0.0), (1.5 + 2.0 * n, 1.5, 4.0), {"erected": True}) for n in range(3)]
+
+
+def columns_planned(yard, **rules):
+    """Return the plan of three columns whose yard is next to a wall, and the parts that are upended too near."""
+    wall = [("wall", (25.0, 0.0, 0.0), (25.5, 15.0, 3.0))]
+    crane = test_crane(base=(12.0, -3.0, 0.0), jib=40.0, height=20.0)
+    own = Rules(transit_clearance_m=2.0, **rules)
+    site = box_site(COLUMNS, crane=crane, shape=(60, 40, 36), yard=yard, structure=wall, rules=own)
+    preparation, plan = planned(site)
+    assert all(lift.status is Status.PLANNED for lift in plan.lifts)
+    remarks = remarks_of(plan, time_plan(plan, preparation))
+    return plan, {one.component for one in remarks if one.kind == RAISED_NEAR.code}
+
+
+def test_upended_columns_keep_the_clearance_of_loads_in_transit_if_the_yard_has_room():
+    plan, near = columns_planned(((24.0, 8.0), (60.0, 40.0)))
+    assert not near
+    wall, size_vox = plan.site.blockers[1].cells, 4
+    for lift in plan.lifts:
+        low = np.array(lift.place.cell_vox)
+        high = low + lift.place.raising_size_vox(plan.site.components[lift.component])
+        later = (one for one in plan.lifts if one.order > lift.order and one.place.delivery == lift.place.delivery)
+        for cells in (wall, *(one.place.shape.cells + np.array(one.place.cell_vox) for one in later)):
+            assert (np.maximum(low - cells - 1, cells - high).max(axis=1) >= size_vox).all()
+    _, near = columns_planned(((46.0, 8.0), (50.0, 40.0)), gives_way=("transit_clearance_m",))
+    assert near
+
+
+def test_a_turned_part_is_raised_clear_of_what_it_turns_above():
+    free, near = (
+        planned(site_of(rules=Rules(transit_clearance_m=clearance_m)))[1].lifts[0].place.rise_vox
+        for clearance_m in (2.0, 0.0)
+    )
+    assert free >= near + 4
