@@ -86,7 +86,8 @@ def _kept_less(subject: Subject) -> Iterator[Remark]:
                 for what, rule in whose
                 if getattr(less, rule) is not None
             )
-            yield table.SMALL_CLEARANCE(component, kept=said)
+            row = table.SMALL_ROPE_CLEARANCE if less.transit_clearance_m is None else table.SMALL_CLEARANCE
+            yield row(component, kept=said)
         if own.heading is HeadingRule.WITH_JIB and component.index in kept_headings:
             yield table.KEPT_HEADING(component)
         yield from _less_wind(site, component)

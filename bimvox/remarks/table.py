@@ -115,9 +115,12 @@ CONTACT_TOLERANCE = Row("tolerance", _MINOR,
     "parts may be set {tolerance:.0f} mm into each other (rules.contact_tolerance_m); {most:.0f} mm is a usual limit")
 SUPPORT_GAP = Row("tolerance", _MINOR,
     "a part counts as carried by what is up to {gap:.0f} mm below it (rules.support_gap_m)")
-SMALL_CLEARANCE = Row("small_clearance", _MINOR, "in transit {kept}: the planner found no way with more")
-RAISED_NEAR = Row("small_clearance", _MINOR,
-    "{what} in the yard {gap} from {other}, not {asked} as in transit: the yard has no room with more")
+SMALL_CLEARANCE = Row("small_clearance", _SERIOUS,
+    "in transit {kept}: the planner found no way with more; nobody may be below or beside it")
+SMALL_ROPE_CLEARANCE = Row("small_clearance", _MINOR, "in transit {kept}: the planner found no way with more")
+RAISED_NEAR = Row("small_clearance", _SERIOUS,
+    "{what} in the yard {gap} from {other}, not {asked} as in transit: the yard has no room with more; nobody may be "
+    "beside it")
 KEPT_HEADING = Row("kept_heading", _MINOR, "keeps its heading by tag line: it has no room to turn with the jib")
 LOW_WIND = Row("low_wind", _MINOR,
     "may be lifted in wind up to {most:.1f} m/s only: its sail area is {sail:.1f} m2; other lifts up to {other:g} "

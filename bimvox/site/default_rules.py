@@ -36,7 +36,7 @@ DEFAULT_RULES: Final = {
     "wind_speed_m_s": WIND_M_S,
     "least_wind_m_s": LEAST_WIND_M_S,
 }
-SMALLER_CLEARANCES_M: Final = (1.0, 0.5, 0.0)
+SMALLER_CLEARANCES_M: Final = (1.5, 1.0, 0.5, 0.25, 0.0)
 """What a lift keeps if it cannot keep a default: the first of these that it can, of each clearance by itself."""
 
 

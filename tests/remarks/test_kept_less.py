@@ -11,6 +11,7 @@ from bimvox.planning.stage import refused_by_crane
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import LiftPlan, Status
 from bimvox.records.motion import LiftMotion
+from bimvox.records.proof import Severity
 from bimvox.remarks.conditions import conditions_of
 from bimvox.remarks.remarks import remarks_of
 from bimvox.remarks.table import LOW_WIND, SMALL_CLEARANCE
@@ -65,5 +66,6 @@ def test_a_lift_with_less_clearance_is_named(windy: Planned) -> None:
     plan = dataclasses.replace(plan, site=dataclasses.replace(plan.site, rules=rules), lifts=(first, *plan.lifts[1:]))
     (remark,) = (one for one in remarks_of(plan, motions) if one.kind == SMALL_CLEARANCE.code)
     assert remark.component == plan.site.components[first.component].id
-    assert remark.text == "in transit its load keeps 0.5 m, not 2 m: the planner found no way with more"
+    assert remark.text.startswith("in transit its load keeps 0.5 m, not 2 m: the planner found no way with more")
+    assert remark.severity is Severity.SERIOUS
     assert any("keep less than the clearance in transit" in said for said in conditions_of(plan, motions))

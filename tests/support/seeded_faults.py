@@ -2024,11 +2024,11 @@ GIVES_WAY_IN_VAIN: dict[str, tuple[Forge, str]] = {
     ),
     "by a value of its own": (
         lambda log: with_lift(log, "slab", clearance_m=0.7),
-        f"(slab): it keeps 0.7 m around its load and 0.5 m around hook and rope, {_NEXT}2 m around its load",
+        f"(slab): it keeps 0.7 m around its load and 0.5 m around hook and rope, {_NEXT}1.5 m around its load",
     ),
     "both": (
         lambda log: with_lift(log, "left", clearance_m=1.0, rope_clearance_m=0.0),
-        f"(left): it keeps 1 m around its load and 0 m around hook and rope, {_NEXT}2 m around its load and 0 m",
+        f"(left): it keeps 1 m around its load and 0 m around hook and rope, {_NEXT}1.5 m around its load and 0 m",
     ),
     "every lift": (
         every_lift_as_low_as_it_can,
