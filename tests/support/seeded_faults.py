@@ -2334,8 +2334,8 @@ def cut_after(samples: int) -> Forge:
 
 
 AMONG_OTHERS: dict[str, tuple[Forge, str]] = {
-    "a person under the load": (_under_the_second_load, "s crew 1 is 0.76 m within its suspended load"),
-    "and the counts say so": (_under_and_said_so, "s crew 1 is 0.76 m within its suspended load"),
+    "a person under the load": (_under_the_second_load, " m within its suspended load"),
+    "and the counts say so": (_under_and_said_so, " m within its suspended load"),
     "a person who jumps": (moved_at("place_m", slice(500, 501), 0, 5.0), "crew 1 moves at "),
     "a lorry shifted": (moved_at("place_m", slice(None), 2, 5.0), "lorry 1 is seen "),
     "seen elsewhere": (moved_at("seen_m", slice(40, 41), 1, 1.0), "crew 2 is seen "),

@@ -158,6 +158,11 @@ def _wind(rules: dict[str, Any], lifts: Sequence[dict[str, Any]]) -> str:
         waiting = sum(lift["lifting"]["permitted_wind_m_s"] < speed for lift in planned)
         if waiting:
             words.append(f"{waiting:,} lifts wait for less than is planned")
+        below = sum(lift["lifting"]["permitted_wind_m_s"] < rules["least_wind_m_s"] for lift in planned)
+        if below and speed:
+            words.append(
+                f"{below:,} of them for less than {rules['least_wind_m_s']:g} m/s, in which any lift should go"
+            )
     return "; ".join(words)
 
 
