@@ -94,7 +94,10 @@ def _kept_less(subject: Subject) -> Iterator[Remark]:
 
 
 def gusts(subject: Subject) -> Iterator[Remark]:
-    """Yield a remark about every load that a gust of its permitted wind swings further than it keeps clear."""
+    """Yield a remark about every load that a gust of its permitted wind swings further than it keeps clear.
+
+    It is serious if the load does not stay clear in the wind that is planned.
+    """
     lifts = {lift.order: lift for lift in subject.lifts}
     for motion in subject.motions:
         gust = gust_in_transit(subject.site, lifts[motion.order], motion) if motion.order in lifts else None
@@ -102,7 +105,8 @@ def gusts(subject: Subject) -> Iterator[Remark]:
             continue
         way = f"it stays clear up to {gust.clear_m_s:.1f} m/s" if gust.kept_m > 0.0 else "tag lines must hold it there"
         component = subject.site.components[motion.component]
-        yield table.GUST_SWING(component, swing=gust.swing_m, most=gust.speed_m_s, kept=gust.kept_m, way=way)
+        row = table.GUST_BEYOND_PLAN if gust.clear_m_s >= subject.site.rules.wind_speed_m_s else table.GUST_SWING
+        yield row(component, swing=gust.swing_m, most=gust.speed_m_s, kept=gust.kept_m, way=way)
 
 
 def _less_wind(site: Site, component: Component) -> Iterator[Remark]:

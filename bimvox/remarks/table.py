@@ -132,9 +132,10 @@ BELOW_LEAST_WIND = Row("low_wind", _SERIOUS,
 EDGE_ON_WIND = Row("low_wind", _SERIOUS,
     _LEAST_WIND + "in wind up to {least:g} m/s only while it blows at its narrow side, within {sector} degrees, which "
     "two tag lines hold into the wind")
-GUST_SWING = Row("gust_swing", _SERIOUS,
-    "swings by up to {swing:.1f} m in a gust of {most:.1f} m/s, in which it may be lifted, and keeps {kept:g} m in "
-    "transit: {way}")
+_GUST = ("swings by up to {swing:.1f} m in a gust of {most:.1f} m/s, in which it may be lifted, and keeps {kept:g} m "
+    "in transit: {way}")
+GUST_SWING = Row("gust_swing", _SERIOUS, _GUST)
+GUST_BEYOND_PLAN = Row("gust_swing", _MINOR, _GUST + ", which is more than is planned")
 CREW_TIMES = Row("crew_times", _MINOR,
     "{sling:g} s to attach the slings, {brace:g} s to align and brace a part and {release:g} s to take its slings "
     "off are too short for a crew")
