@@ -329,6 +329,7 @@ def _with_fixed_digests(site: Site) -> Site:
             casting=FIELD_CASTING,
             truckload_kg=0.0,
             wind_speed_m_s=0.0,
+            least_wind_m_s=0.0,
             gives_way=(),
             critical_share=0.0,
             swing=SwingRule.SHAPED,
