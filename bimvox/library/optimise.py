@@ -17,7 +17,6 @@ from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.search import Search
 from bimvox.library.set_up_search.set_up import Effort, Tried, proven_front, why_beaten
 from bimvox.library.site import LoadedSite, ReadSite, built_site, read_site
-from bimvox.motion.figures import plan_figures
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.records.lift import infeasible_among
 from bimvox.site.catalogue import catalogue, machines_called
@@ -64,7 +63,7 @@ class SetUps:
 
     Attributes:
         given: The site file's own.
-        front: Those that no other beats in hours, cost and highest utilisation, the fastest first.
+        front: Those that no other beats in hours, cost and highest utilisation, the cheapest first.
         losers: The others, with the reason.
         tried: How many set-ups were estimated.
     """
@@ -97,7 +96,7 @@ def optimise(
         site: The site file (``.site.toml``), of one crane.
         crane: A kind of crane, or a machine of the catalogue; default: all machines.
         plans: How many of the best set-ups are planned, from 1, and another for each that refuses parts; from 4 on,
-            then half as many around the fastest.
+            then half as many around the cheapest.
         trials: How many other yards are tried.
         cranes: How many cranes a set-up has at most, 1 or 2.
         jobs: Number of processes that share the work of a plan, from 1; default: one per processor.
@@ -184,7 +183,10 @@ def _tried(
 
 def _planned(site: LoadedSite, words: str, rates: Rates, jobs: int | None, reporter: Progress) -> SetUp:
     made = plan(site, jobs=jobs, progress=reporter)
-    figures = plan_figures(made.record.plan, made.record.motions)
+    figures = made.figures
     hours = None if figures.crane_s is None else figures.crane_s / 3600.0
+    if figures.unloading is not None:
+        lorry = site.config.costs.lorry
+        rates = rates.with_deliveries(figures.unloading.seconds / 3600.0, lorry * figures.unloading.lorries)
     refused = len(list(infeasible_among(made.record.plan.lifts)))
     return SetUp(site, words, made, refused, hours, None if hours is None else rates.total(hours), figures.highest)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
+from math import ceil
 
 import numpy as np
 import shapely
@@ -23,7 +24,8 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.catalogue import machine_called
 from bimvox.site.config.calendar import Rates, rates_of
 from bimvox.site.config.site_config import Polygon, SiteConfig
-from bimvox.site.crew_times import standing_s
+from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times, standing_s
+from bimvox.site.default_rules import TRUCK_KG
 from bimvox.site.demand import Demand, Rigs, Unserved
 from bimvox.site.parts import is_erected
 from bimvox.site.set_ups import LiftWork, MastPlaces, carried, set_ups
@@ -32,6 +34,10 @@ from bimvox.site.trial import closed_over, yard_points
 ROOMY = 0.5
 """Share of the yard in which a part should be within reach, with the whole chart if that may be used: then it finds a
 place there, whatever lies next to it."""
+_FULL = 0.85
+"""How full lorries are on average, for an estimate (professional judgement)."""
+_UNLOADING_S = 90.0
+"""The crane's way from a lorry to the yard and back, for an estimate."""
 _AS_GOOD = 0.005
 """Share of the crane time by which a place may be slower if the crane is used less there."""
 _NEARLY = 0.05
@@ -126,6 +132,8 @@ class Wanted:
         demand: The parts, as a crane has to serve them.
         built: Heights of the finished building.
         standing_s: How long the crane stands for all parts.
+        load_kg: Their mass.
+        unloading_s: About how long the crane unloads them.
         yard_m: (P, 2) places of the yard.
         places: Where a mast may stand.
         order: (N,) the parts in their sequence.
@@ -148,6 +156,9 @@ class Wanted:
         self.demand = Demand(components, top_m, rigs, config.rules.usual_utilisation)
         self.built = built_heights(bounds_m)
         self.standing_s = float(stands_s.sum())
+        self.load_kg = float(sum(element.mass_kg for element in components))
+        times = [crew_times(rules, element) for element in components]
+        self.unloading_s = sum(one.hook_on_s + TRIAL_LIFT_S + one.hook_off_s + _UNLOADING_S for one in times)
         upwards = np.lexsort((bounds_m[:, 1, 2], np.round(bounds_m[:, 0, 2], 1)))
         self.order = upwards if order is None else np.array(order, np.int64)
         self._building, self._closed = building, closed_over(config.zone, self.demand.places_m) != ""
@@ -209,10 +220,18 @@ class Wanted:
             return demand.unserved(part, crane, nearest_m + margin_m, " where it lies within the yard")
         return demand.why_not(part, crane, work.yard_m, margin_m)
 
-    def rates(self, machine: Machine) -> Rates:
-        """Return what a machine costs."""
+    def rates(self, machine: Machine, truckload_kg: float | None = None) -> Rates:
+        """Return what a machine costs, with an estimate of the deliveries.
+
+        ``truckload_kg``: payload of a lorry; None: the site file's.
+        """
         costs, calendar = self._config.costs, self._config.calendar
-        return rates_of(costs, calendar, machine.name, machine.kind, machine.load_moment_tm)
+        rates = rates_of(costs, calendar, machine.name, machine.kind, machine.load_moment_tm)
+        truckload_kg = self._config.rules.truckload_kg if truckload_kg is None else truckload_kg
+        lorries = ceil(self.load_kg / (_FULL * (truckload_kg or TRUCK_KG)))
+        stated_s = calendar.unloading_s
+        unloading_s = self.unloading_s if stated_s is None else stated_s * lorries
+        return rates.with_deliveries(unloading_s / 3600.0, costs.lorry * lorries)
 
     def estimated(
         self, crane: TowerCrane, bases_m: NDArray[np.float64], margin_m: float

@@ -18,6 +18,7 @@ TYPICAL_PARTS = 25
 """Parts that the yard should hold at once, because parts come in truckloads."""
 
 _PACKING = 1.6  # rows of unequal parts, racks and the places of parts that lie turned leave much of it unused
+_MOST_AREA = 1.1  # of the construction area: full lorries find room for what they bring
 _LANE_M = 4.0  # a truck of 2.55 m, and room for a person
 _PLACES = 5  # of the yard along each axis, to compare lanes
 LORRY_M = 16.5
@@ -115,8 +116,8 @@ def _outside(
     """Return the yard outside the box at the ``direction`` end of ``axis``; see :func:`yard_beside`."""
     along = 1 - axis
     least = (need.width_m, need.depth_m)
-    # At most the size of the construction area: fewer parts come at a time if they are as large as whole floors.
-    area_m2 = min(need.area_m2, float(np.prod(high - low)))
+    # Not much more than the construction area: fewer parts come at a time if they are as large as whole floors.
+    area_m2 = min(need.area_m2, _MOST_AREA * float(np.prod(high - low)))
     usual = max(least[along], need.longest_m, min(high[along] - low[along], area_m2 / least[axis]))
     length = max(least[along], need.longest_m, longer * usual)
     depth = max(least[axis], area_m2 / length)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 _FOLDER = "set-ups"
-_GOALS = {"hours": "fastest", "cost": "cheapest", "highest_utilisation": "least used"}
+_GOALS = {"cost": "cheapest", "hours": "fastest", "highest_utilisation": "least used"}
 
 
 @command
@@ -36,7 +36,7 @@ def optimise(
             max=100,
             metavar="N",
             help="How many of the best set-ups are planned, and another for each that refuses parts; from 4 on, then "
-            "half as many around the fastest.",
+            "half as many around the cheapest.",
         ),
     ] = 6,
     trials: Annotated[
@@ -64,8 +64,8 @@ def optimise(
 
     Every machine is tried at every place where its mast can stand, with other yards, unless trucks or parts have their
     places, and with a second crane. The set-ups that no other beats in hours, cost and highest utilisation are planned
-    and proven in full, and so is the given one. Their site files are written next to it. Rates: `[costs]`. Several
-    sites are searched in parallel: one table and one page of all.
+    and proven in full, the cheapest first, and so is the given one: cost is crew, hire and lorries (`[costs]`). Their
+    site files are written next to it. Several sites are searched in parallel: one table and one page of all.
     """
     from bimvox_pipeline.fleet.schedule import Execution
     from bimvox_pipeline.optimise import optimise as optimise_one

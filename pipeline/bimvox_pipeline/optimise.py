@@ -215,7 +215,7 @@ def optimise(
     losers = [{**one, "why_lost": why_beaten(one, best, budget)} for one in planned if one not in best]
     table, picture, page = folder / _TABLE, folder / _MAP, folder / PAGE
     rows = _table_of(found, front, len(search.work.places_m), currency)
-    map_svg = heat_map(_heat(opened, front_of(searched.lattice)[0]))
+    map_svg = heat_map(_heat(opened, min(front_of(searched.lattice), key=lambda one: one.crane_s)))
     document = {
         "tried": searched.tried,
         "machines": len(searched.rigs),
@@ -290,9 +290,10 @@ class _Plans:
         self.verified = runs["verified"]
         (own,) = cranes_of(self._opened.config)
         own_rates = search.rates(machine_of_crane(own))
-        self.given = _planned(site, by_site, _given(own, search), own_rates, self.standing_h)
+        lorry = self._opened.config.costs.lorry
+        self.given = _planned(site, by_site, _given(own, search), own_rates, self.standing_h, lorry)
         return [
-            _planned(path, by_site, _found(one), search.rates_of(one), self.standing_h)
+            _planned(path, by_site, _found(one), search.rates_of(one), self.standing_h, lorry)
             for path, one in zip(files, chosen, strict=True)
         ]
 
@@ -329,21 +330,31 @@ def _stands(one: Tried) -> dict[str, Any]:
 
 
 def _planned(
-    path: Path, by_site: Mapping[Path, dict[str, Any]], values: dict[str, Any], rates: Rates, standing_h: float
+    path: Path,
+    by_site: Mapping[Path, dict[str, Any]],
+    values: dict[str, Any],
+    rates: Rates,
+    standing_h: float,
+    lorry: float,
 ) -> dict[str, Any]:
     """Return what is known of a set-up: its estimate, and its plan."""
     record = by_site[path.resolve()]
     figures = record.get("figures") or {}
     estimated_h = values.pop("crane_s") / 3600.0
     hours, refused = figures.get("crane_hours"), record.get("infeasible")
+    estimated_cost = rates.total(estimated_h)
+    if unloading := figures.get("unloading"):
+        rates = rates.with_deliveries(unloading["seconds"] / 3600.0, lorry * unloading["lorries"])
     return {
         "site": str(path),
         **values,
         "estimated_hours": round(estimated_h, 4),
-        "estimated_cost": round(rates.total(estimated_h), 2),
+        "estimated_cost": round(estimated_cost, 2),
         "status": record["status"],
         "refused": refused,
         "hours": hours,
+        "hook_hours": figures.get("hook_hours"),
+        "lorries": (figures.get("unloading") or {}).get("lorries"),
         # Of two cranes, one stands while the other moves; for a refused part, none stands.
         "moving_hours": None if hours is None or refused or values["second"] else round(hours - standing_h, 6),
         "cost": None if hours is None else round(rates.total(hours), 2),
@@ -453,7 +464,11 @@ def _row(record: Mapping[str, Any]) -> dict[str, Any]:
         return row | {"error": f"{error['code']}: {error['message']}"}
     given, front = found["baseline"], found["front"]
     row |= {"verified": found["verified"], "parts": found["parts"], "currency": found["currency"]}
-    best = {"fastest": front[0], "cheapest": min(front, key=lambda one: float(one["cost"]))} if front else {}
+    best = {
+        words: min(front, key=lambda one: float(one[key]))
+        for words, key in (("fastest", "hours"), ("cheapest", "cost"))
+        if front
+    }
     for what, one in {"given": given, **best}.items():
         row |= {f"{what}_{key}": one[key] for key in ("machine", "refused", "hours", "cost")}
     return row | {"page": f"{record['run']}/{PAGE}"}

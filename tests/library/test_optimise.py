@@ -71,7 +71,7 @@ def test_for_each_plan_that_refuses_parts_another_set_up_is_planned(
         assert other in found.found
         assert other not in found.chosen
         assert other.served == found.front[0].served
-    around = found.around_fastest((*found.chosen, other), [refusing, failed, planned[0]], Effort(4, 0))
+    around = found.around_cheapest((*found.chosen, other), [refusing, failed, planned[0]], Effort(4, 0))
     assert {one.machine for one in around} == {other.machine}
 
 

@@ -90,7 +90,9 @@ def test_hours_are_paid_by_the_site_files_rates(made: tuple[Path, dict[str, Any]
     priced.write_text(f'{site.read_text()}\n[costs]\ncurrency = "CHF"\nperson_hour = 100\n{offer}\n')
     again = run(priced, site.parent / "priced", effort=Effort(1, 0, cranes=1), crane="hammerhead-45")
     assert again["currency"] == "CHF"
-    assert again["baseline"]["cost"] == pytest.approx(5.0 + 400.0 * given["hours"], abs=0.01)
+    lorries = 600.0 * given["lorries"]
+    assert given["hook_hours"] > given["hours"]
+    assert again["baseline"]["cost"] == pytest.approx(5.0 + 400.0 * given["hook_hours"] + lorries, abs=0.01)
 
 
 DAMAGES: dict[str, Callable[[bytes], bytes]] = {

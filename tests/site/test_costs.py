@@ -1,30 +1,51 @@
-"""What a machine costs an hour, by the rates, the working month and the crew."""
+"""What a machine costs, by hire, set-up, crew and lorries."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from bimvox.site.config.calendar import CalendarConfig, CostsConfig, MachineCosts, month_h, rates_of
+from bimvox.site.config.calendar import CalendarConfig, CostsConfig, Hire, MachineCosts, Rates, month_h, rates_of
 
-COSTS = CostsConfig(tower_month_per_tm=10.0, mobile_hour=200.0, person_hour=50.0, set_up=1000.0, set_up_per_tm=5.0)
+COSTS = CostsConfig(
+    tower_month_per_tm=10.0, tower_period="week", tower_least=2, mobile_hour=200.0, mobile_set_up=300.0,
+    person_hour=50.0, set_up=1000.0, set_up_per_tm=5.0,
+)  # fmt: skip
 WEEK = CalendarConfig(days=("Mon", "Tue", "Wed"), shifts=("08:00-12:00",), breaks=())
+WEEK_HIRE = 1000.0 * 12 / 52
 
 
 def test_a_month_has_the_hours_of_the_calendar() -> None:
     assert month_h(WEEK) == pytest.approx(3 * 4 * 52 / 12)
 
 
-def test_a_tower_crane_costs_by_its_size_a_mobile_one_by_the_hour() -> None:
-    tower = rates_of(COSTS, WEEK, "t", "hammerhead", 100.0)
+def test_a_tower_crane_is_paid_by_the_week_and_its_size_a_mobile_one_by_the_day() -> None:
+    tower, mobile = rates_of(COSTS, WEEK, "t", "hammerhead", 100.0), rates_of(COSTS, WEEK, "m", "mobile", 100.0)
     assert tower.set_up == 1500.0
-    assert tower.total(2.0) == pytest.approx(1500.0 + 2.0 * (1000.0 / 52.0 + 4 * 50.0))
-    assert rates_of(COSTS, WEEK, "m", "mobile", 100.0).total(2.0) == pytest.approx(2.0 * (200.0 + 4 * 50.0))
+    assert tower.total(2.0) == pytest.approx(1500.0 + 2 * WEEK_HIRE + 2.0 * 4 * 50.0), "two weeks at least"
+    assert tower.total(25.0) == pytest.approx(1500.0 + 3 * WEEK_HIRE + 25.0 * 4 * 50.0), "the third has begun"
+    assert mobile.total(4.0) == pytest.approx(300.0 + 4 * 200.0 + 4.0 * 4 * 50.0)
+    assert mobile.total(4.5) == pytest.approx(300.0 + 8 * 200.0 + 4.5 * 4 * 50.0)
 
 
-def test_two_machines_are_both_paid_for_the_same_hours() -> None:
+def test_two_machines_are_both_paid_for_the_same_hours_and_lorries_come_once() -> None:
     tower, mobile = rates_of(COSTS, WEEK, "t", "hammerhead", 100.0), rates_of(COSTS, WEEK, "m", "mobile", 100.0)
     assert tower.with_another(mobile).total(3.0) == pytest.approx(tower.total(3.0) + mobile.total(3.0))
+    both = tower.with_deliveries(1.0, 700.0).with_another(mobile.with_deliveries(1.0, 700.0))
+    assert both.total(3.0) == pytest.approx(700.0 + tower.total(4.0) + mobile.total(4.0))
 
 
 def test_an_offer_takes_the_place_of_the_rates_and_the_crew_is_the_calendars() -> None:
-    costs = COSTS.model_copy(update={"machine": (MachineCosts(name="t", month=520.0, set_up=7.0),)})
+    offer = MachineCosts(name="t", day=40.0, least=3, set_up=7.0)
+    costs = COSTS.model_copy(update={"machine": (offer,)})
     crew = WEEK.model_copy(update={"erection_people": 2})
-    assert rates_of(costs, crew, "t", "hammerhead", 100.0).total(1.0) == pytest.approx(7.0 + 10.0 + 3 * 50.0)
+    found = rates_of(costs, crew, "t", "hammerhead", 100.0)
+    assert found.total(1.0) == pytest.approx(7.0 + 3 * 40.0 + 3 * 50.0)
+    assert found.total(17.0) == pytest.approx(7.0 + 5 * 40.0 + 17.0 * 3 * 50.0)
+
+
+@given(st.floats(0.0, 500.0), st.floats(0.0, 500.0), st.integers(1, 10))
+def test_more_hours_never_cost_less(first: float, second: float, least: int) -> None:
+    rates = Rates(10.0, 30.0, (Hire(500.0, 8.0, least),), 3.0, 600.0)
+    low, high = sorted((rates.total(first), rates.total(second)))
+    assert rates.total(min(first, second)) == low >= 610.0 + least * 500.0
+    assert rates.total(max(first, second)) == high

@@ -71,9 +71,9 @@ def better_placed(search: Search, one: Tried) -> Tried:
 
 
 def refined(search: Search, best: Tried, effort: Effort) -> list[Tried]:
-    """Return set-ups to plan next to the fastest one, about half as many as were planned before.
+    """Return set-ups to plan next to the cheapest one, about half as many as were planned before.
 
-    ``best``: the fastest set-up by its plan, of one crane; ``effort``: how many were planned.
+    ``best``: the cheapest set-up by its plan, of one crane; ``effort``: how many were planned.
     """
     most = effort.members // 2
     if effort.members < 4 or best.crane is None:
@@ -180,7 +180,7 @@ class _Searched:
     def planned(
         self, documents_of: Callable[[Sequence[Tried]], list[dict[str, Any]]], effort: Effort
     ) -> tuple[list[Tried], list[dict[str, Any]]]:
-        """Return what is planned, and the documents of that: the chosen ones, :meth:`instead`, :meth:`around_fastest`.
+        """Return what is planned, and the documents of that: the chosen ones, :meth:`instead`, :meth:`around_cheapest`.
 
         Args:
             documents_of: Returns the documents of set-ups, as for ``proven_front``; called with more each time.
@@ -188,7 +188,7 @@ class _Searched:
         """
         tried = list(self.chosen)
         planned = documents_of(tried)
-        for more_of in (self.instead, partial(self.around_fastest, tried, effort=effort)):
+        for more_of in (self.instead, partial(self.around_cheapest, tried, effort=effort)):
             if more := more_of(planned):
                 tried += more
                 planned = documents_of(tried)
@@ -204,8 +204,8 @@ class _Searched:
         left = [one for one in self.found if one not in self.chosen]
         return to_plan(left, front_of(left), lost)
 
-    def around_fastest(self, tried: Sequence[Tried], planned: Sequence[dict[str, Any]], effort: Effort) -> list[Tried]:
-        """Return more to plan around the fastest planned set-up of one crane; see ``refined``.
+    def around_cheapest(self, tried: Sequence[Tried], planned: Sequence[dict[str, Any]], effort: Effort) -> list[Tried]:
+        """Return more to plan around the cheapest planned set-up of one crane; see ``refined``.
 
         Args:
             tried: What was planned.
@@ -213,8 +213,8 @@ class _Searched:
             effort: How much is tried.
         """
         front = proven_front(planned, self.search.config.costs.budget)
-        fastest = next((one for one in front if one["second"] is None), None)
-        return [] if fastest is None else refined(self.search, tried[planned.index(fastest)], effort)
+        cheapest = next((one for one in front if one["second"] is None), None)
+        return [] if cheapest is None else refined(self.search, tried[planned.index(cheapest)], effort)
 
 
 def search_set_ups(

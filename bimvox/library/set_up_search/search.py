@@ -146,7 +146,7 @@ class Search:
     def taking(self, one: Tried, crane_s: float) -> Tried:
         """Return a set-up of one crane with another estimate of its crane time, and the cost by that."""
         assert one.crane is not None
-        cost = self.rates(machine_of_crane(one.crane)).total(crane_s / 3600.0)
+        cost = self.rates(machine_of_crane(one.crane), one.yard).total(crane_s / 3600.0)
         return replace(one, crane_s=crane_s, cost=cost, over=self.over(cost))
 
     def _seen(self, yard: OtherYard | None) -> tuple[Wanted, LiftWork]:
@@ -159,9 +159,9 @@ class Search:
     def _with_yard(self, wanted: Wanted, yard: tuple[Polygon, ...]) -> Wanted:
         return wanted.with_yard(yard, rooms_of(yard, self._components, self._site.frame.voxel_size_m))
 
-    def rates(self, machine: Machine) -> Rates:
-        """Return what a machine costs on this site."""
-        return self._wanted.rates(machine)
+    def rates(self, machine: Machine, yard: OtherYard | None = None) -> Rates:
+        """Return what a machine costs on this site, with its lorries or those of another truckload."""
+        return self._wanted.rates(machine, None if yard is None else yard.truckload_kg)
 
     def least_moving_s(self, found: Sequence[Tried]) -> float:
         """Return a time below which no hammerhead of some set-ups moves, each with its yard.
@@ -224,7 +224,7 @@ class Search:
     def rates_of(self, one: Tried) -> Rates:
         """Return what a set-up costs; of two cranes, both."""
         assert one.crane is not None
-        own = self.rates(machine_of_crane(one.crane))
+        own = self.rates(machine_of_crane(one.crane), one.yard)
         return own if one.second is None else own.with_another(self.rates_of(one.second))
 
     def over(self, cost: float) -> str:
@@ -284,7 +284,7 @@ class Search:
         highest = highest_utilisation(replace(crane, chart=chosen.crane.chart), base_m, work, own[None])
         crane_s = self.timed_s(crane, own, lifts, yard)
         why = "" if own.all() else "serves fewer parts with this yard"
-        cost = self.rates(machine).total(crane_s / 3600.0)
+        cost = self.rates(machine, yard).total(crane_s / 3600.0)
         return Tried(
             machine.name, crane.jib_own_m, crane.falls, machine.load_moment_tm, chosen.crane, int(own.sum()), crane_s,
             bases_m, found.served.sum(axis=1), found.crane_s, why, cost, float(highest[0]), self.over(cost), yard=yard,

@@ -148,7 +148,7 @@ Goals = tuple[float, float, float]
 
 
 def front_of(found: Sequence[Tried]) -> list[Tried]:
-    """Return the set-ups that no other beats, the fewest crane hours first; none over the budget.
+    """Return the set-ups that no other beats, the cheapest first; none over the budget.
 
     Set-ups that serve fewer parts than the best are not among them.
     """
@@ -160,8 +160,8 @@ def front_of(found: Sequence[Tried]) -> list[Tried]:
 def to_plan(found: Sequence[Tried], front: Sequence[Tried], most: int) -> list[Tried]:
     """Return at most so many set-ups to be planned in full.
 
-    First :func:`ends` of the front, then others of it up to half of ``most``, evenly from the fastest on, then the
-    fastest of other machines, then others by their estimate. The estimate ranks; it does not decide between machines
+    First :func:`ends` of the front, then others of it up to half of ``most``, evenly from the cheapest on, then the
+    cheapest of other machines, then others by their estimate. The estimate ranks; it does not decide between machines
     that are nearly as fast.
     """
     if not front:
@@ -172,7 +172,8 @@ def to_plan(found: Sequence[Tried], front: Sequence[Tried], most: int) -> list[T
     chosen += left[:: max(1, -(-len(left) // room))][:room] if room else []
     able = [one for one in found if one.crane is not None and not one.over and one.cranes == 1]
     others = sorted(
-        (one for one in able if one.served == front[0].served and one not in chosen), key=lambda one: one.crane_s
+        (one for one in able if one.served == front[0].served and one not in chosen),
+        key=lambda one: (one.cost, one.crane_s),
     )
     named = {one.machine for one in chosen}
     for one in others:
@@ -183,7 +184,7 @@ def to_plan(found: Sequence[Tried], front: Sequence[Tried], most: int) -> list[T
 
 
 def ends(front: Sequence[Any], goals: Callable[[Any], Goals], group: Callable[[Any], Hashable]) -> list[Any]:
-    """Return the fastest, the cheapest and the least used of a front, then the fastest and the cheapest by group.
+    """Return the cheapest, the fastest and the least used of a front, then the cheapest and the fastest by group.
 
     Each only once.
     """
@@ -195,7 +196,7 @@ def ends(front: Sequence[Any], goals: Callable[[Any], Goals], group: Callable[[A
         return min(among, key=lambda one: (goals(one)[goal], goals(one)))
 
     groups = [[one for one in front if group(one) == name] for name in dict.fromkeys(map(group, front))]
-    every = [*(least(front, goal) for goal in range(3)), *(least(among, goal) for goal in (0, 1) for among in groups)]
+    every = [*(least(front, goal) for goal in (1, 0, 2)), *(least(among, goal) for goal in (1, 0) for among in groups)]
     for one in every:
         if one not in result:
             result.append(one)
@@ -215,7 +216,7 @@ def why_lost(one: Tried, front: Sequence[Tried]) -> str:
 
 
 def proven_front(planned: Sequence[dict[str, Any]], budget: float | None) -> list[dict[str, Any]]:
-    """Return the planned set-ups that no other beats, fewer hours first; those that refuse fewest parts alone.
+    """Return the planned set-ups that no other beats, the cheapest first; those that refuse fewest parts alone.
 
     Args:
         planned: Documents of set-ups, see ``bimvox optimise --json``.
@@ -255,12 +256,12 @@ def estimated_goals(one: Tried) -> Goals:
 
 
 def _unbeaten(able: Sequence[T], goals: Callable[[T], Goals]) -> list[T]:
-    """Return those that no other beats, by their goals; of equal ones the first."""
+    """Return those that no other beats, by their goals, the cheapest first; of equal ones the first."""
     front: list[T] = []
     for one in sorted(able, key=goals):
         if not any(_beats(goals(other), goals(one)) for other in front):
             front.append(one)
-    return front
+    return sorted(front, key=lambda one: (goals(one)[1], goals(one)))
 
 
 def _beats(one: Goals, other: Goals) -> bool:

@@ -214,6 +214,8 @@ def _may_move(
 # turn: an order from the previous places (greedy, one lift ahead), then places from that order. The fastest of a few
 # rounds is kept, by the point-to-point bound of all travel, empty and loaded; with several cranes, by the busiest one.
 
+_LORRY_S = 3600.0
+"""What a lorry more is worth in time of crane and crew (professional judgement: it costs more than that)."""
 _ROUNDS = 3
 _LOOKED_AT = 48
 """How many of the parts that may come next, those nearest to the hook, are compared."""
@@ -244,11 +246,19 @@ def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[ErectionSequence, 
     # With several cranes, the plain order does not balance them.
     first = 2 if site.has_several_cranes else 0
     most = max(_with_place(places) for _, places in rounds[first:])
-    judged = [_busiest_s(site, travels, made.order, places) for made, places in rounds]
+    judged = [
+        _busiest_s(site, travels, made.order, places) + _LORRY_S * _lorries(site, made.order, places)
+        for made, places in rounds
+    ]
     kept = [n for n, (_, places) in enumerate(rounds) if n >= first and _with_place(places) == most]
     best = min(kept, key=lambda n: round(judged[n], 3))
     plain_is_good = kept[0] == 0 and judged[0] <= _WORTH * judged[best]
     return rounds[0 if plain_is_good else best]
+
+
+def _lorries(site: Site, order: Sequence[int], places: Places) -> int:
+    """Return how many lorries bring the parts."""
+    return fit_lorries(site, order, {part: place.delivery for part, place in enumerate(places) if place}) or 0
 
 
 def travel_of(site: Site, crane: TowerCrane) -> Travel:
@@ -408,7 +418,8 @@ class FasterOrder:
         times = self._times(site, places)
         lifted = np.flatnonzero(times.crane >= 0)
         work_s = float((times.lead_s + times.off_s).sum() + times.carry_s[times.crane[lifted], lifted].sum())
-        return _Faster(makespan_s(times, sequence.order), work_s, site, sequence, places)
+        lorries_s = _LORRY_S * _lorries(site, sequence.order, places)
+        return _Faster(makespan_s(times, sequence.order) + lorries_s, work_s, site, sequence, places)
 
     def _times(self, site: Site, places: Places) -> OrderTimes:
         return order_times(site, self._travels, places, self._over_m, self._supports, self._free)

@@ -79,7 +79,7 @@ def _answers(
     result = []
     best = {
         words: best_of(front, given, key)
-        for words, key in (("fastest", "hours"), ("cheapest", "cost"), ("least used", "highest_utilisation"))
+        for words, key in (("cheapest", "cost"), ("fastest", "hours"), ("least used", "highest_utilisation"))
     }
     for words, one in best.items():
         if one is None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date, datetime, time, timedelta
+from math import ceil
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
@@ -64,7 +65,7 @@ class UncertaintyConfig(Table):
     """Seed of the simulation."""
 
 
-# The ``[costs]`` table of a site file: what a crane and its crew cost.
+# The ``[costs]`` table of a site file: what cranes, crew and lorries cost.
 #
 # Sources: ``person_hour``: Eurostat, hourly labour costs in construction, European Union, 2024: 30.0 EUR.
 # ``mobile_hour``: the middle of 150 to 300 USD (engineerfix.com, "How much does it cost to rent or buy a crane"); one
@@ -75,36 +76,69 @@ class UncertaintyConfig(Table):
 CREW = 4
 """People who are paid while the crane works, its operator included; assumed if the calendar states no erection crew."""
 
+Period = Literal["day", "week", "month"]
+Least = Annotated[Whole, Field(ge=1, le=1000)]
+
 
 class MachineCosts(Table):
-    """The offer for one machine."""
+    """The offer for one machine. One of `day`, `week` and `month` is the hire, without operator."""
 
     name: Text
     """Its name, as in ``[crane] machine``."""
-    month: NotNegative
-    """Hire of a working month, without operator."""
+    day: NotNegative | None = None
+    """Hire of a working day."""
+    week: NotNegative | None = None
+    """Hire of a working week."""
+    month: NotNegative | None = None
+    """Hire of a working month."""
+    least: Least = 1
+    """Least number of such periods that are paid."""
     set_up: NotNegative = 0.0
     """Transport, foundation, erecting and dismantling."""
 
+    @model_validator(mode="after")
+    def _one_period(self) -> Self:
+        if len(self.periods) != 1:
+            raise ValueError("give one of day, week and month")
+        return self
+
+    @property
+    def periods(self) -> dict[Period, float]:
+        """The hire of a period, by its name."""
+        every: tuple[tuple[Period, float | None], ...] = (("day", self.day), ("week", self.week), ("month", self.month))
+        return {name: hire for name, hire in every if hire is not None}
+
 
 class CostsConfig(Table):
-    """What cranes and crew cost, to compare set-ups. Defaults are rough: replace them by offers.
+    """What cranes, crew and lorries cost, to compare set-ups. Defaults are rough: replace them by offers.
 
-    Hire and crew are paid for the hours of the crane's work alone.
+    Crew is paid for the hours on the hook, lifts and unloading. Hire is paid for every period that is begun.
     """
 
     currency: Annotated[Text, Field(max_length=12)] = "EUR"
     """Currency of all amounts."""
     tower_month_per_tm: NotNegative = 30.0
     """Hire of a tower crane for a working month, for each tonne-metre of its largest load moment; assumed."""
+    tower_period: Period = "week"
+    """Period by which a tower crane is paid: `day`, `week` or `month`; assumed."""
+    tower_least: Least = 4
+    """Least number of such periods; assumed."""
     mobile_hour: NotNegative = 225.0
     """Hire of a mobile crane for an hour."""
+    mobile_period: Period = "day"
+    """Period by which a mobile crane is paid; assumed."""
+    mobile_least: Least = 1
+    """Least number of such periods; assumed."""
+    mobile_set_up: NotNegative = 1500.0
+    """Its way to and from the site, with counterweight and mats; assumed."""
     person_hour: NotNegative = 30.0
     """One person of the crew for an hour. The crew: ``calendar.erection_people`` and the operator, or four people."""
     set_up: NotNegative = 11_000.0
     """Erecting and dismantling a tower crane."""
     set_up_per_tm: NotNegative = 40.0
     """Its transport and foundation, for each tonne-metre; assumed."""
+    lorry: NotNegative = 600.0
+    """A lorry from the works to the site and back; assumed."""
     budget: NotNegative | None = None
     """The most that a set-up may cost. Default: no limit."""
     machine: Annotated[tuple[MachineCosts, ...], Field(max_length=1000)] = ()
@@ -256,48 +290,89 @@ class CalendarConfig(Table):
 
 
 _WEEKS_A_MONTH = 52.0 / 12.0
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Hire:
+    """The hire of a machine.
+
+    Attributes:
+        rate: For a period.
+        period_h: Working hours of a period.
+        least: Least number of periods.
+    """
+
+    rate: float
+    period_h: float
+    least: int = 1
+
+    def total(self, hours: float) -> float:
+        """Return the hire for so many hours: for every period that is begun."""
+        return self.rate * max(self.least, ceil(hours / self.period_h - _ROUNDING))
 
 
 @dataclass(frozen=True, slots=True)
 class Rates:
-    """What one machine costs, in the currency of the site.
+    """What the work with one machine costs, in the currency of the site.
 
     Attributes:
-        set_up: Once.
-        hour: For an hour of work, crew included.
+        set_up: Transport, foundation, erecting and dismantling, once.
+        hour: The crew, for an hour on the hook.
+        hires: The machine, or two.
+        unloading_h: Hours on the hook besides those of the lifts.
+        lorries: All lorries.
     """
 
     set_up: float
     hour: float
+    hires: tuple[Hire, ...] = ()
+    unloading_h: float = 0.0
+    lorries: float = 0.0
 
     def total(self, hours: float) -> float:
-        """Return the cost of so many hours of work."""
-        return self.set_up + self.hour * hours
+        """Return the cost of so many hours of lifts."""
+        hook_h = hours + self.unloading_h
+        return self.set_up + self.lorries + self.hour * hook_h + sum(hire.total(hook_h) for hire in self.hires)
 
     def with_another(self, other: Rates) -> Rates:
-        """Return what this and another machine cost, if both are on the site for the same hours."""
-        return Rates(self.set_up + other.set_up, self.hour + other.hour)
+        """Return what this and another machine cost, if both are on the site for the same hours and deliveries."""
+        return replace(
+            self, set_up=self.set_up + other.set_up, hour=self.hour + other.hour, hires=(*self.hires, *other.hires)
+        )
+
+    def with_deliveries(self, unloading_h: float, lorries: float) -> Rates:
+        """Return the same with other deliveries: the hours to unload them, and what all lorries cost."""
+        return replace(self, unloading_h=unloading_h, lorries=lorries)
 
 
 def rates_of(costs: CostsConfig, calendar: CalendarConfig, name: str, kind: str, load_moment_tm: float) -> Rates:
-    """Return what a machine costs.
+    """Return what a machine costs, without deliveries.
 
     Args:
         costs: The rates of the site file.
-        calendar: Its working hours, which make a month, and its crew.
+        calendar: Its working hours, which make a period, and its crew.
         name: Name of the machine.
         kind: ``hammerhead``, ``luffing`` or ``mobile``.
         load_moment_tm: Its size.
     """
     people = CREW if calendar.erection_people is None else calendar.erection_people + 1
     crew = people * costs.person_hour
+    hours: dict[Period, float] = {
+        "day": day_h(calendar),
+        "week": len(calendar.hours.days) * day_h(calendar),
+        "month": month_h(calendar),
+    }
     for offer in costs.machine:
         if offer.name == name:
-            return Rates(offer.set_up, offer.month / month_h(calendar) + crew)
+            hires = tuple(Hire(rate, hours[period], offer.least) for period, rate in offer.periods.items())
+            return Rates(offer.set_up, crew, hires)
     if kind == "mobile":
-        return Rates(0.0, costs.mobile_hour + crew)
-    month = costs.tower_month_per_tm * load_moment_tm
-    return Rates(costs.set_up + costs.set_up_per_tm * load_moment_tm, month / month_h(calendar) + crew)
+        period_h = hours[costs.mobile_period]
+        return Rates(costs.mobile_set_up, crew, (Hire(costs.mobile_hour * period_h, period_h, costs.mobile_least),))
+    month, period_h = costs.tower_month_per_tm * load_moment_tm, hours[costs.tower_period]
+    hire = Hire(month * period_h / hours["month"], period_h, costs.tower_least)
+    return Rates(costs.set_up + costs.set_up_per_tm * load_moment_tm, crew, (hire,))
 
 
 def month_h(calendar: CalendarConfig) -> float:

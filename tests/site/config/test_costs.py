@@ -15,7 +15,8 @@ TEXT = 'currency = "CHF"\nperson_hour = 61.5\nmachine = [{ name = "a", month = 9
     ("text", "told"),
     [
         ("person_hour = -1", "costs.person_hour"),
-        ('machine = [{ name = "a" }]', r"costs.machine\[0\].month"),
+        ('machine = [{ name = "a" }]', r"costs.machine\[0\].*give one of day, week and month"),
+        ('machine = [{ name = "a", day = 1, month = 2 }]', "give one of day, week and month"),
         ('machine = [{ name = "a", month = 1 }, { name = "a", month = 2 }]', "'a' is listed twice"),
     ],
 )
