@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from datetime import date, datetime, timedelta
 from heapq import heappop, heappush
 from operator import itemgetter
@@ -13,7 +13,7 @@ from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.programme import PERCENTILES, TaskDates, Weather, added_ns
 from bimvox.records.steps import Step, Steps, cured_ns
-from bimvox.records.unloading import deliveries_of, is_unloaded_by_crane, unloading_s
+from bimvox.records.unloading import Unloading, is_unloaded_by_crane, unloading_of, unloading_s
 from bimvox.site.config.calendar import CalendarConfig, UncertaintyConfig, day_h
 from bimvox.site.means import Means
 from bimvox.site.site import Site
@@ -243,6 +243,7 @@ class PlanDates:
         later_ns: Working time that the plan takes longer at each of ``PERCENTILES``; none if nothing is uncertain.
         programme: The tasks of the programme, each with the dates of its parts; none without a programme.
         crews: The hours of each crew; none if the size of none is known.
+        unloading: The unloading of all deliveries.
     """
 
     calendar: CalendarConfig
@@ -258,6 +259,7 @@ class PlanDates:
     later_ns: tuple[int, ...] = ()
     programme: tuple[TaskDates, ...] = ()
     crews: tuple[_CrewHours, ...] = ()
+    unloading: Unloading | None = None
 
     @property
     def hours(self) -> WorkingHours:
@@ -359,6 +361,7 @@ class PlanDates:
                 for number, (begin, end) in sorted(self.deliveries.items())
             ],
             "notes": list(self.notes),
+            **({} if self.unloading is None else {"unloading": asdict(self.unloading)}),
             **({"percentiles": ends} if ends else {}),
             **({"crews": [crew.document() for crew in self.crews]} if self.crews else {}),
             **({"programme": [task.document() for task in self.programme]} if self.programme else {}),
@@ -407,7 +410,8 @@ def dates_of(
         round(day_h(calendar) * _NS_PER_H),
     )
     uncertainty = calendar.uncertainty or UncertaintyConfig()
-    return replace(dates, later_ns=added_ns(uncertainty, times, len(deliveries_of(lifts)), weather))
+    unloading = unloading_of(calendar, site, lifts)
+    return replace(dates, later_ns=added_ns(uncertainty, times, unloading.deliveries, weather), unloading=unloading)
 
 
 def blocks_of(site: Site, motions: Iterable[LiftMotion]) -> tuple[_Block, ...]:

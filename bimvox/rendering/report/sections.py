@@ -49,6 +49,7 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
         ("Lifts", f"{count('planned')} of {count('lifts')} parts planned, {count('infeasible')} infeasible"),
         ("Total time", f"{whole}{nominal}"),
         ("Dates", escape(f"{dates['begins_in_words']} to {dates['ends_in_words']}") if dates else ""),
+        ("On the hook", _on_hook(totals)),
         ("Elapsed", _elapsed(totals)),
         ("Load in transit", number(totals["carrying_s"] or None, span(totals["carrying_s"]), "carrying_s")),
         ("Cranes", _cranes(totals["cranes"], totals["total_s"]) if "cranes" in totals else ""),
@@ -68,6 +69,17 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
         ("Paths found", ", ".join(_method(method) for method in record["methods"])),
         ("Length of paths", f"{number(ratio, fixed(ratio, 3), 'moves_ratio')} of the shortest" if ratio else ""),
     ]
+
+
+def _on_hook(totals: dict[str, Any]) -> str:
+    """Return the hours on the hook, those of unloading apart, and the lorries; empty without dates or unloading."""
+    unloading = (totals["calendar"] or {}).get("unloading")
+    if not unloading or not unloading["seconds"]:
+        return ""
+    full = "" if unloading["share"] is None else f", {percent(unloading['share'], 0)} full on average"
+    lorries = f"{unloading['lorries']:,} lorr{'y' if unloading['lorries'] == 1 else 'ies'}"
+    whole = span(totals["total_s"] + unloading["seconds"])
+    return f"{whole}, {span(unloading['seconds'])} of it unloading {lorries}{full}"
 
 
 def _needed(totals: dict[str, Any]) -> str:

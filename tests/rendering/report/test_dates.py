@@ -13,6 +13,7 @@ from bimvox.log.plan_log import log_dates
 from bimvox.rendering.report.gantt import gantt_chart
 from bimvox.rendering.report.record import record_of
 from bimvox.rendering.report.sections import heading
+from bimvox.rendering.report.words import span
 
 
 def test_head_notes_and_gantt_chart_have_the_dates():
@@ -35,3 +36,14 @@ def test_without_a_start_there_are_none():
     record = record_of(revision_of(tiny_log(crane=True)))
     assert record["totals"]["calendar"] is None
     assert "Dates" not in heading(record)
+
+
+def test_the_hours_on_the_hook_include_the_unloading_of_all_lorries():
+    site_file = b"[calendar]\nstart = 2026-03-13\n"
+    log = dataclasses.replace(tiny_log(crane=True), attachments={"site.toml": site_file})
+    dates = log_dates(log)
+    assert dates is not None and dates.unloading is not None
+    assert dates.unloading.seconds == 1800.0 * dates.unloading.lorries > 0.0
+    record = record_of(dataclasses.replace(revision_of(log), dates=dates))
+    hook_s = record["totals"]["total_s"] + dates.unloading.seconds
+    assert f"On the hook</dt><dd>{span(hook_s)}, {span(dates.unloading.seconds)} of it unloading" in heading(record)
