@@ -146,7 +146,11 @@ class _OneCrane:
         """Return whether a lift keeps the motion that it has in the current plan."""
         if lift is not was or lift.order in replanning.draft.new_paths or lift.order in self._was.pending:
             return False
-        return not self._site.cranes or (known is not None and known is replanning.validity.of(was))
+        if not self._site.cranes:
+            return True
+        # An earlier round may have proven another motion of the same path, which the current plan does not have.
+        own = next((one for one in self._was.versions.get(was.order, ()) if one.lift is was), None)
+        return known is not None and own is not None and known.swept is own.swept
 
 
 _LATER = 8

@@ -104,7 +104,9 @@ def test_a_site_without_a_crane_is_proven_too(site_folder):
     blockers = tuple(blocker for blocker in record.plan.site.blockers if blocker.kind != "crane")
     rules = dataclasses.replace(record.plan.site.rules, gives_way=(), curing=None, upend_s=0.0)
     parts = tuple(dataclasses.replace(part, lifting=USUAL_LIFTING) for part in record.plan.site.components)
-    site = dataclasses.replace(record.plan.site, cranes=(), blockers=blockers, rules=rules, components=parts)
+    site = dataclasses.replace(
+        record.plan.site, cranes=(), blockers=blockers, rules=rules, components=parts, access=None
+    )
     site = with_digests(dataclasses.replace(site, labels=labels_of(site)))
     text = site_file_of(site)
     bare = dataclasses.replace(

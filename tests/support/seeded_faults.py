@@ -2188,8 +2188,8 @@ TURNING: dict[str, tuple[Forge, str]] = {
         "turns with the jib, but the rules of the site keep headings by tag line",
     ),
     "by another site file": (the_other_site_file, "heading"),
-    "in less time": (turned_faster, "degrees in 14.0"),
-    "at a faster rate": (lambda log: with_rules(log, turn_s=60.0), "the rules ask for 31."),
+    "in less time": (turned_faster, "; the rules ask for 14."),
+    "at a faster rate": (lambda log: with_rules(log, turn_s=60.0), "; the rules ask for 33."),
     "not at all": (
         lambda log: with_lift(log, "beam", with_jib=False),
         "its load is turned on its way, but tag lines keep its heading",

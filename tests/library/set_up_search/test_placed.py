@@ -134,7 +134,7 @@ def test_a_part_is_picked_about_as_quickly_as_where_the_plan_puts_it(site: Site,
             float((travel.between_s(before, axes) + travel.between_s(axes, target))[0])
             for axes in (tuple(axis[at : at + 1] for axis in hook), over(there))
         )
-        assert abs(own - plans) <= 3.0 * SAME_S
+        assert abs(own - plans) <= 5.0 * SAME_S  # upended parts keep their neighbours further away
 
 
 def _config():

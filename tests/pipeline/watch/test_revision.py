@@ -181,12 +181,14 @@ def test_if_nothing_is_affected_nothing_is_made(frame):
     log, preparation = frame
     start = current_plan_of(log.plan, log.motions)
     site = log.plan.site
-    nowhere = site.frame.corner_of(np.array([0, 0, 1])) + 0.1
+    nowhere = site.frame.corner_of(np.array([*np.array(site.shape[:2]) - 1, 1])) + 0.1
     far = ObstructionSet.of([Obstruction("far", Box(tuple(nowhere), tuple(nowhere + 0.2)))])
     (part,) = revise(start, RevisionRequest(with_obstructions(site, far, rasterise), preparation))
     assert part.made == ()
     assert part.change.cells > 0
-    assert all(a is b for a, b in zip(start.plan.lifts, part.current.plan.lifts, strict=True))
+    for was, now in zip(start.plan.lifts, part.current.plan.lifts, strict=True):
+        # Of a longer path it is no longer known whether it still has the fewest moves.
+        assert now is was or (was.shortest_moves < len(was.path_vox) - 1 and same_but_for_the_fewest_moves(was, now))
     assert all(start.motions[order] is motion for order, motion in part.current.motions.items())
 
 
@@ -261,7 +263,8 @@ def test_lifts_that_are_put_off_are_planned_as_if_they_were_not(frame):
         half = parts[0].current
         assert half.undecided <= half.pending
         for order in half.undecided:
-            assert half.plan.lifts[order] is start.plan.lifts[order], "until it is decided, it has its earlier path"
+            was, now = start.plan.lifts[order], half.plan.lifts[order]
+            assert same_but_for_the_fewest_moves(was, now), "until it is decided, it has its earlier path"
         put_off += len(half.undecided)
         assert not any(part.current.undecided for part in parts[1:])
         for one, other in zip(whole.current.plan.lifts, parts[-1].current.plan.lifts, strict=True):
@@ -279,7 +282,7 @@ def test_a_change_before_all_lifts_are_decided_forgets_none(frame):
         half = next(revise(start, RevisionRequest(site, preparation, first=1))).current
         if not half.undecided:
             continue
-        far = log.plan.site.frame.corner_of(np.array([0, 0, 1])) + 0.1
+        far = site.frame.corner_of(np.array([*np.array(site.shape[:2]) - 1, 1])) + 0.1
         nowhere = Obstruction("far", Box(tuple(far), tuple(far + 0.2)))
         there = [b for b in site.blockers if b.kind == "obstruction"]
         both = with_obstructions(site, ObstructionSet.of([nowhere]), rasterise)
@@ -320,13 +323,18 @@ def test_what_is_recalled_is_still_proven(frame, monkeypatch):
     log, preparation = frame
     first = current_plan_of(log.plan, log.motions)
     site = first.plan.site
-    low = site.frame.corner_of(np.array(site.components[0].target_vox)) + 0.1
-    blocked = with_obstructions(
-        site, ObstructionSet.of([Obstruction("box", Box(tuple(low), tuple(low + 0.3)))]), rasterise
-    )
-    *_, with_box = revise(first, RevisionRequest(blocked, preparation))
-    lost = {lift.order for lift in with_box.current.plan.lifts if lift.status is Status.INFEASIBLE}
-    assert lost, "what rests on the blocked part is impossible, too"
+    for part in site.components:
+        low = site.frame.corner_of(np.array(part.target_vox)) + 0.1
+        box = ObstructionSet.of([Obstruction("box", Box(tuple(low), tuple(low + 0.3)))])
+        *_, with_box = revise(first, RevisionRequest(with_obstructions(site, box, rasterise), preparation))
+        lost = {lift.order for lift in with_box.current.plan.lifts if lift.status is Status.INFEASIBLE}
+        changed = {
+            one.order for one in with_box.current.plan.lifts if one.path_vox is not first.plan.lifts[one.order].path_vox
+        }
+        if lost and changed == lost:  # every other path is kept beside the box
+            break
+    else:
+        pytest.fail("each box is in the way of other parts too")
 
     def never(*_: Any, **__: Any) -> Any:
         raise AssertionError("it is known already")

@@ -39,10 +39,10 @@ def once(folder: Path, file: Path) -> list[dict]:
 
 
 def box_on_path(folder: Path, number: int) -> tuple:
-    """Return a box of one cell in the middle of a lift's path."""
+    """Return a box of one cell at two thirds of a lift's path."""
     plan = read_log(folder / "frame.mcap").plan
     lift = plan.lifts[number]
-    low = plan.site.frame.corner_of(lift.path_vox[len(lift.path_vox) // 2]) + 0.1
+    low = plan.site.frame.corner_of(lift.path_vox[2 * len(lift.path_vox) // 3]) + 0.1
     return ("box", low.tolist(), (low + 0.2).tolist())
 
 
