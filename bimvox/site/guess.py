@@ -410,7 +410,7 @@ def _with_areas(config: SiteConfig, **areas: object) -> SiteConfig:
 
 
 def proposed_access(config: SiteConfig, building: Building, lifted: Sequence[Element]) -> tuple[Polygon, ...] | None:
-    """Return where lorries stand: a lane from which a crane unloads all that it picks in the yard.
+    """Return where lorries stand: a lane from which each crane unloads all that it picks in the yard.
 
     It lies along the yard or the construction area, clear of building, masts and closed zones, within the plot, near
     the yard's places and a mast. If none serves with the usual share of the load chart, more of it is used.
@@ -434,10 +434,13 @@ def proposed_access(config: SiteConfig, building: Building, lifted: Sequence[Ele
     areas += [zone.polygon for zone in config.zone if zone.kind not in OPEN_ZONES]
     taken = shapely.union_all([ground_plan(building.elements), *masts, *map(shapely.Polygon, areas)])
 
-    def picked(demand: Demand, points_m: NDArray[np.float64]) -> int:
+    def picked(demand: Demand, points_m: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return how many parts each crane picks at some of (P, 2) points."""
         used = [demand.as_used(crane) for crane in cranes]
-        numbers = (n for n in range(len(lifted)) if n not in demand.without_gear)
-        return sum(any(demand.picks(n, crane, points_m, MARGIN_M).any() for crane in used) for n in numbers)
+        numbers = [n for n in range(len(lifted)) if n not in demand.without_gear]
+        able = [[demand.picks(n, crane, points_m, MARGIN_M).any() for n in numbers] for crane in used]
+        counts: NDArray[np.int64] = np.array(able, np.int64).reshape(len(used), -1).sum(axis=1)
+        return counts
 
     plot = None if config.areas.plot is None else shapely.Polygon(config.areas.plot)
     lanes = accesses_beside(yards, config.areas.construction, taken, [crane.base_m for crane in cranes])
@@ -447,7 +450,7 @@ def proposed_access(config: SiteConfig, building: Building, lifted: Sequence[Ele
     counts = [[picked(demand, points_m) for demand in demands] for points_m in places_m]
     for first in range(len(demands)):
         for lane, count in zip(within, counts, strict=True):
-            if all(one >= least for one, least in zip(count[first:], wanted[first:], strict=True)):
+            if all((one >= least).all() for one, least in zip(count[first:], wanted[first:], strict=True)):
                 return (lane,)
     return None
 

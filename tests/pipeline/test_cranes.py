@@ -153,7 +153,7 @@ def test_init_says_why_smaller_machines_do_not_serve(tmp_path: Path) -> None:
     assert set(reasons) == {"flat-top-75", "hammerhead-30"}
     assert "storey 2 weighs 5.8 t" in reasons["flat-top-75"]
     text = target.read_text()
-    assert f"# flat-top-75 does not serve this site: {reasons['flat-top-75']}\n" in text
+    assert f"flat-top-75 does not serve this site: {reasons['flat-top-75']} " in text.replace("\n# ", " ")
     assert "# hammerhead-45 carries 137 of 137 parts from the yard to their places. Estimate: " in text
     assert document["cannot_lift"] == []
     assert document["other_cranes"]

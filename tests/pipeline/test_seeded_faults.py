@@ -200,7 +200,7 @@ ABOUT_THE_PLAN: list[tuple[faults.Forge, str, str]] = [
     (faults.no_time_to_hook_on, "timeline", r"lift 2 \(right\): hooking on takes 1e-06 s; the rules ask for 150 s"),
     (faults.no_time_for_tag_lines, "timeline", r"lift 2 \(right\): hooking on takes 120 s; the rules ask for 150 s"),
     (faults.tag_lines_left_on, "timeline", r"lift 4 \(slab\): releasing takes 60 s; the rules ask for 90 s"),
-    (faults.no_trial_lift, "timeline", r"lift \d \(\w+\): the trial lift takes .* s; the rules ask for 10 s"),
+    (faults.no_trial_lift, "timeline", r"lift \d \(\w+\): the trial lift, .* takes .* s; the rules ask for 10 s"),
     (faults.no_time_to_set, "timeline", r"lift 4 \(slab\): setting takes 1e-06 s; the rules ask for 180 s \(slab\)"),
     (faults.no_time_to_release, "timeline", r"lift 4 \(slab\): releasing takes 1e-06 s; the rules ask for 90 s"),
     (faults.every_part_set_like_a_slab, "timeline", r"lift 1 \(left\): setting takes 180 s; the rules ask for 720 s"),

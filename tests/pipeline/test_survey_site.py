@@ -30,6 +30,7 @@ def test_a_site_in_map_coordinates_gives_the_same_plan_and_is_proven(tmp_path: P
     text = re.sub(r"(?m)^base_m = \[[^]]*\]", f"base_m = {crane}", text)
     text = re.sub(r"(?m)^construction = .*$", f"construction = {[at[:2] for at in on_map['construction']]}", text)
     text = re.sub(r"(?m)^yard = .*$", f"yard = {[[at[:2] for at in one] for one in on_map['yard']]}", text)
+    text = re.sub(r"(?m)^access = .*$", f"access = {[[at[:2] for at in one] for one in on_map['access']]}", text)
     (tmp_path / "b.site.toml").write_text(text)
     for name in "ab":
         plan(tmp_path / f"{name}.site.toml", tmp_path / f"{name}.mcap", wish=PolicyWish(), progress=told)

@@ -21,7 +21,6 @@ from bimvox.planning.best_place import SAME_S
 from bimvox.planning.stacks import is_stacked
 from bimvox.planning.yard import gap_vox, storage_poses
 from bimvox.records.unloading import Lorries
-from bimvox.site.collision import margin_vox
 from bimvox.site.component import Component, erection_size_vox, turned_hook, turned_shape
 from bimvox.site.config.site_config import Polygon, SiteConfig
 from bimvox.site.demand import means_by
@@ -244,7 +243,6 @@ def taken_m2(site: Site, components: Sequence[Component]) -> NDArray[np.float64]
         found.append(area_vox)
         if not (load and is_stacked(site, part)):
             size_x, size_y, _ = erection_size_vox(part.shape, storage_poses(part)[0])
-            apart = max(gap, margin_vox(site)) if part.erected else gap
-            area_vox += (size_x + apart) * (size_y + apart)
+            area_vox += (size_x + gap) * (size_y + gap)
         load.add(part)
     return np.array(found) * site.frame.voxel_size_m**2

@@ -137,7 +137,7 @@ def test_a_part_is_picked_about_as_quickly_as_where_the_plan_puts_it(site: Site,
         )
         off_s.append(abs(own - plans))
     # The yard also keeps upended parts apart and fills lorries, which the estimate does not know.
-    assert np.median(off_s) <= 4.0 * SAME_S
+    assert np.median(off_s) <= 5.0 * SAME_S
 
 
 def _config():

@@ -68,7 +68,8 @@ def test_a_plan_takes_greedy_values_without_training_and_without_torch(site, own
     done = subprocess.run([sys.executable, "-c", WITHOUT_TORCH, site, out], capture_output=True, text=True, check=True)
     policy, is_shipped, tested, *methods = done.stdout.split()
     # Where the greedy path is longer than the searched one, that is used.
-    assert (policy, is_shipped, tested, methods) == ("greedy", "False", "0", ["greedy", "search"])
+    assert (policy, is_shipped, tested) == ("greedy", "False", "0")
+    assert {"greedy"} <= set(methods) <= {"greedy", "search"}
     assert read_log(out).metadata["policy"] == "greedy"
     assert not policies.scan().manifests  # nothing was tested, trained or stored
 

@@ -99,12 +99,12 @@ def test_a_crane_that_is_moved_saved_and_moved_back_is_planned_again(page: Page)
 
 @pytest.mark.slow
 def test_rules_that_are_edited_on_disk_are_seen_and_then_named(page: Page) -> None:
-    page.rewrite("highest_utilisation = 1 ", "highest_utilisation = 0.9 ")
+    page.rewrite("# highest_utilisation = 0.85", "highest_utilisation = 0.9 ")
     assert page.differs() == ["the site file on disk"]
     page.opened = page.send("/api/open", path=SITE)
     assert page.differs() == ["the rules"]
     assert page.send("/api/standing", path=SITE)["plan"]["differs"] == ["the rules"]
-    page.rewrite("highest_utilisation = 0.9 ", "highest_utilisation = 1 # a comment is free ")
+    page.rewrite("highest_utilisation = 0.9 ", "# highest_utilisation = 0.85, and a comment is free ")
     page.opened = page.send("/api/open", path=SITE)
     assert page.differs() == []
 
