@@ -91,20 +91,21 @@ def may_pause(plan: LiftPlan) -> frozenset[int]:
     lifts = sorted(plan.lifts, key=lambda lift: lift.order)
     first = next((lift.order for lift in lifts if lift.status is Status.PLANNED), len(lifts))
     rules, parts = plan.site.rules, plan.site.components
-    later = {
+    works = {lift.component for lift in lifts if lift.order > first and lift.is_set_otherwise}
+    cures = {
         lift.component
         for lift in lifts
-        if (lift.order > first and lift.is_set_otherwise)
-        or (lift.status is Status.PLANNED and curing_s(rules.curing, parts[lift.component]))
+        if lift.status is Status.PLANNED and curing_s(rules.curing, parts[lift.component])
     }
-    if not later:
+    if not works and not cures:
         return frozenset()
     resting = _Resting(plan.site, lifts)
-    return frozenset(
-        lift.order
-        for lift in lifts
-        if lift.status is Status.PLANNED and not later.isdisjoint(resting.on(lift.component))
-    )
+
+    def may(lift: Lift) -> bool:
+        waited_for = works | cures if waits_for_joints(rules.curing, parts[lift.component]) else works
+        return not waited_for.isdisjoint(resting.on(lift.component))
+
+    return frozenset(lift.order for lift in lifts if lift.status is Status.PLANNED and may(lift))
 
 
 class _Resting:

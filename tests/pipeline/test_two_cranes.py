@@ -103,8 +103,8 @@ def test_a_change_keeps_paths_and_times_before_it(two: tuple[Path, dict[str, Any
     way = [tuple(cell) for cell in last.path_vox.tolist()]
     met = {tuple(cell) for cell in before.plan.lifts[first.order].path_vox.tolist()}
     # Where the first lift's path is furthest away.
-    cell = max(way[1:-1], key=lambda one: min(max(abs(a - b) for a, b in zip(one, other)) for other in met))
-    at_m = site.frame.corner_of(np.array(cell))
+    apart = np.abs(np.array(way[1:-1])[:, None] - np.array(sorted(met))[None]).max(axis=2).min(axis=1)
+    at_m = site.frame.corner_of(np.array(way[1 + int(np.argmax(apart))]))
     box = {"min": [float(n) for n in at_m], "max": [float(n) for n in at_m + 0.5]}
     for name in ("frame.ifc", "frame.site.toml", "frame.mcap"):
         shutil.copy(folder / name, tmp_path)

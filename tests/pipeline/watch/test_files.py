@@ -69,11 +69,11 @@ def watcher_in(folder: Path, parts: tuple[Any, Any, Any]) -> Watcher:
 
 
 def box_on(watcher: Watcher, number: int, name: str = "box") -> dict[str, Any]:
-    """Return an obstruction smaller than a cell in the middle of a lift's path."""
+    """Return an obstruction smaller than a cell at two thirds of a lift's path."""
     assert watcher.current is not None
     plan = watcher.current.plan
     path = plan.lifts[number].path_vox
-    low = plan.site.frame.corner_of(path[len(path) // 2]) + 0.1
+    low = plan.site.frame.corner_of(path[2 * len(path) // 3]) + 0.1
     return {"id": name, "box": {"min": low.tolist(), "max": (low + 0.2).tolist()}}
 
 
@@ -743,7 +743,7 @@ def test_retraining_without_gain_or_with_failure_changes_nothing(watcher, may_en
     ):
         may_end.unlink(missing_ok=True)
         watcher._retraining.train = outcome
-        put(watcher, box_on(watcher, 6 + number))
+        put(watcher, box_on(watcher, 6 - number))
         revision = change(watcher)[-1]["revision"]
         lifts = watcher.current.plan.lifts
         wait_for_training(watcher, may_end)
