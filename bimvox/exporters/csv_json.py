@@ -228,14 +228,11 @@ class _Truck(NamedTuple):
     number: int
     load: list[Lift]
     starts_ns: Mapping[int, int]
+    lorries: Lorries
 
     @property
     def parts(self) -> list[Component]:
         return [self.log.plan.site.components[lift.component] for lift in self.load]
-
-    @property
-    def lorries(self) -> Lorries:
-        return lorries_of(self.log.plan.site, self.load)
 
     @property
     def times(self) -> tuple[str | None, str | None]:
@@ -317,7 +314,7 @@ def delivery_records(log: PlanLog, dates: PlanDates | None = None) -> list[dict[
     starts_ns = {track.lift.order: log.steps.starting_ns(track.start_ns) for track in tracks_of(log)}
     result = []
     for number, load in sorted(loads.items()):
-        truck = _Truck(log, dates, number, load, starts_ns)
+        truck = _Truck(log, dates, number, load, starts_ns, lorries_of(log.plan.site, load))
         unloading = {one.order: one for one in unloading_lifts(log.plan.site, load)}
         lorry = {part.id: n for n, own in enumerate(truck.lorries.loads, start=1) for part in own}
         parts = [

@@ -18,7 +18,15 @@ from bimvox.site.checks import unloading_columns
 from bimvox.site.collision import CollisionSpace, margin_vox, placement_is_free, turning_space
 from bimvox.site.component import Component, IntVec
 from bimvox.site.default_rules import ALL_KEPT, Kept
-from bimvox.site.lifting import asked_wind_m_s, crane_for, hung_kg, permitted_for, permitted_share, place_radius_m
+from bimvox.site.lifting import (
+    asked_wind_m_s,
+    crane_for,
+    hook_radius_m,
+    hung_kg,
+    permitted_for,
+    permitted_share,
+    place_radius_m,
+)
 from bimvox.site.site import Site
 from bimvox.units import mass_text
 
@@ -208,11 +216,8 @@ def share_for(site: Site, component: Component, place: YardPlace | None) -> floa
     crane = site.crane_of(component)
     if crane is None:
         return 1.0
-    if place is None:
-        return permitted_share(site, crane, component)
-    hook_vox = np.add(place.transit_start_vox, component.hook_line_vox)[:2] + 0.5
-    at_m = site.frame.corner_of([*hook_vox.tolist(), 0.0])[:2]
-    return permitted_share(site, crane, component, float(np.hypot(*(at_m - np.array(crane.base_m[:2])))))
+    picked_m = 0.0 if place is None else hook_radius_m(site, crane, component, place.transit_start_vox)
+    return permitted_share(site, crane, component, picked_m)
 
 
 def _by_access(site: Site, crane: TowerCrane, component: Component) -> str | None:
@@ -278,8 +283,6 @@ def could_lift(site: Site, part: Component, place: YardPlace, number: int) -> bo
     crane, given = site.cranes[number], replace(part, crane=number)
     if crane.sling_m != site.cranes[part.crane].sling_m or refused_by_crane(site, given) is not None:
         return False
-    hook_vox = np.add(place.transit_start_vox, part.hook_line_vox)[:2] + 0.5
-    at_m = site.frame.corner_of([*hook_vox.tolist(), 0.0])[:2]
     share = permitted_share(site, crane, given)
     low_m, high_m = allowed_radii_m(crane_for(site, crane, part), part.mass_kg, share)
-    return bool(low_m <= np.hypot(*(at_m - np.array(crane.base_m[:2]))) <= high_m)
+    return low_m <= hook_radius_m(site, crane, part, place.transit_start_vox) <= high_m

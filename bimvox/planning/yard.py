@@ -33,9 +33,10 @@ from bimvox.planning.occupancy import highest_around
 from bimvox.planning.stacks import Racks, Rectangle, Stacks, Taken, is_racked, is_stacked
 from bimvox.records.lift import YardPlace, yard_place
 from bimvox.records.unloading import Lorries, fewest_lorries
-from bimvox.site.collision import hook_room, margin_vox
+from bimvox.site.collision import hook_room, margin_vox, smaller_clearances
 from bimvox.site.component import Component, StoredPose, erection_size_vox, turned_shape
-from bimvox.site.default_rules import HEADROOM_M, NOTHING_KEPT, SMALLER_CLEARANCES_M, Kept
+from bimvox.site.default_rules import HEADROOM_M, NOTHING_KEPT
+from bimvox.site.lifting import shares_to_try
 from bimvox.site.means import Means
 from bimvox.site.site import HeadingRule, Site
 
@@ -69,7 +70,7 @@ class _Allocation:
         self._empty = _open_yard(site)
         self._best = BestPlace(site, _fixed_tops(site), tuple(travels))
         self._borders = sorted({margin_vox(site), margin_vox(site, NOTHING_KEPT)}, reverse=True)
-        self._shares = (None, 1.0) if "highest_utilisation" in site.rules.gives_way else (None,)
+        self._shares = shares_to_try(site.rules)
         self._before: dict[int, Component] = {}
         self._number = -1
         self.given: list[int] = []
@@ -81,9 +82,7 @@ class _Allocation:
 
     def _asides(self, component: Component) -> list[int]:
         """Return how many columns stay clear of structures and the building around a part that is upended."""
-        if not component.erected:
-            return [0]
-        return sorted({margin_vox(self._site), margin_vox(self._site, NOTHING_KEPT)}, reverse=True)
+        return self._borders if component.erected else [0]
 
     def take_back(self, state: tuple[dict[int, Component], list[int], list[YardPlace | None], int]) -> None:
         """Forget the deliveries since a state."""
@@ -278,8 +277,7 @@ def _raised(
     site: Site, component: Component, place: YardPlace, near: NDArray[np.int32], columns: NDArray[np.int32]
 ) -> YardPlace:
     """Return a place with its rise; ``near``: (X, Y) how high things are; ``columns``: (N, 2) what it sweeps."""
-    levels = [Kept(transit_clearance_m=level_m) for level_m in SMALLER_CLEARANCES_M]
-    asides = [margin_vox(site), *(margin_vox(site, kept) for kept in levels)]
+    asides = [margin_vox(site), *(margin_vox(site, row[0]) for row in smaller_clearances(site))]
     ceiling = hook_room(site, site.crane_of(component), np.zeros_like(near), component, place.turn).ceiling
     for aside in dict.fromkeys(asides):
         top = int(highest_around(near, aside)[tuple(columns.T)].max(initial=0)) + aside

@@ -43,7 +43,7 @@ from bimvox.proof.swing import SwingProof
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.records.proof import Check, Verification, turn_to
-from bimvox.site.component import Component, StoredPose
+from bimvox.site.component import Component
 from bimvox.walk import Store
 from bimvox.workers import ALONE, Workers
 
@@ -237,7 +237,7 @@ class _Verifier(LiftProofs[_Driven]):
         self._check_axes(name, crane, moment, motion)
         tag_lines, timeline = not moment.lift.ever_with_jib, self.checks["timeline"]
         place = moment.lift.place
-        lies = place is not None and place.pose is not StoredPose.AS_BUILT
+        lies = place is not None and place.is_upended
         check_durations(timeline, name, self.site.rules, component, motion, tag_lines=tag_lines, lies=lies)
         check_heading(timeline, name, self.site, crane, moment.lift, component, motion)
         check_phase_names(timeline, name, motion)
@@ -317,8 +317,7 @@ class _Verifier(LiftProofs[_Driven]):
         mass_kg = component.mass_kg + rigging_kg(crane, component) - crane.rigging_mass_kg
         check_limits(self.checks["axis_limits"], name, crane, motion, mass_kg)
         check_range(self.checks["axis_range"], name, crane, motion.samples()[1], self.site.frame)
-        loaded = [one for one in (motion.raising, motion.loaded) if one is not None]
-        ends_m = np.array([loaded[0].radius_m[0], loaded[-1].radius_m[0], loaded[-1].radius_m[-1]])
+        ends_m = np.array([motion.raising.radius_m[0], motion.loaded.radius_m[0], motion.loaded.radius_m[-1]])
         hung = mass_kg + crane.rigging_mass_kg + crane.hook_block_kg
         most_used = most_permitted(self.site, shares_of_capacity(crane, ends_m, hung).tolist())
         masses = {id(motion.approach): 0.0, id(motion.departure): 0.0}

@@ -18,7 +18,7 @@ from bimvox.records.proof import Remark
 from bimvox.remarks import table
 from bimvox.remarks.subject import Subject, metres, name_of, tonnes
 from bimvox.site.collision import CLEARANCES, margin_vox
-from bimvox.site.component import Component, StoredPose
+from bimvox.site.component import Component
 from bimvox.site.crew_times import crew_times
 from bimvox.site.default_rules import ALL_KEPT
 from bimvox.site.lifting import edge_on_deg, is_below_least_wind, needs_less_wind, permitted_for
@@ -159,7 +159,7 @@ def _raising_boxes(parts: Sequence[Component], lift: Lift) -> list[tuple[str, ND
     place, part = lift.place, parts[lift.component]
     boxes = []
     if place is not None and lift.status is Status.PLANNED:
-        if place.pose is not StoredPose.AS_BUILT:
+        if place.is_upended:
             low = np.array(place.cell_vox, np.int32)
             boxes.append(("is upended", low, low + np.array(place.raising_size_vox(part), np.int32)))
         if place.turn:

@@ -19,6 +19,7 @@ from bimvox.site.areas import columns_centred_in
 from bimvox.site.collision import HOOK_FORBIDDEN, hook_room
 from bimvox.site.component import Component, IntVec, StoredPose, stored_shape
 from bimvox.site.config.site_config import AreasConfig, SiteConfig
+from bimvox.site.lifting import shares_to_try
 from bimvox.site.means import Means
 from bimvox.site.site import Blocker, Site
 
@@ -154,7 +155,7 @@ def unloading_columns(site: Site, component: Component) -> NDArray[np.int64]:
         return np.zeros((0, 2), np.int64)
     flat = np.zeros(site.shape[:2], np.int32)
     free = np.zeros(site.shape[:2], np.bool_)
-    for most_used in (None, 1.0) if "highest_utilisation" in site.rules.gives_way else (None,):
+    for most_used in shares_to_try(site.rules):
         room = hook_room(site, crane, flat, component, most_used=most_used)
         free = site.access & (room.floor < HOOK_FORBIDDEN)
         if free.any():

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from bimvox.bim.building import Element
-from bimvox.crane.load_chart import LoadChart, capacity_kg
+from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.machine import Machine
 from bimvox.crane.reach import MARGIN_M, built_heights, distances_m, points_blocked, standing
 from bimvox.crane.tower_crane import TowerCrane
@@ -26,7 +26,7 @@ from bimvox.site.config.calendar import Rates, rates_of
 from bimvox.site.config.site_config import Polygon, SiteConfig
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times, standing_s
 from bimvox.site.default_rules import TRUCK_KG
-from bimvox.site.demand import Demand, Rigs, Unserved
+from bimvox.site.demand import Demand, Rigs, Unserved, with_share
 from bimvox.site.parts import is_erected
 from bimvox.site.set_ups import LiftWork, MastPlaces, carried, set_ups
 from bimvox.site.trial import closed_over, yard_points
@@ -200,9 +200,7 @@ class Wanted:
 
     def to_the_utmost(self, crane: TowerCrane) -> TowerCrane:
         """Return a crane as used with as much of its chart as no lift may exceed."""
-        more = 1.0 if self._config.rules.highest_utilisation is not None else 1.0 / self.demand.most_used
-        chart = LoadChart(crane.chart.radius_m, tuple(more * kg for kg in crane.chart.capacity_kg))
-        return replace(crane, chart=chart)
+        return with_share(crane, self._config.rules.utmost_utilisation / self.demand.most_used)
 
     def why_not(self, part: int, crane: TowerCrane, margin_m: float = 0.0, sample: LiftWork | None = None) -> Unserved:
         """Return why a crane as used, on its base, does not serve a part; see :meth:`Demand.why_not`.

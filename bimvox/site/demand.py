@@ -65,24 +65,20 @@ class Demand:
         components: The parts, in the site frame.
         top_m: Height that the load's top must reach.
         rigs: The gear of the parts; None: the machine's usual rigging.
-        most_used: Share of the load chart that may be used.
+        most_used: As the attribute.
 
     Attributes:
         places_m: (N, 2) hook over each part at its place.
         masses_kg: (N,) mass of each part, with its gear if that is given.
+        most_used: Share of the load chart that may be used.
     """
 
     def __init__(self, components: Sequence[Element], top_m: float, rigs: Rigs | None, most_used: float) -> None:
-        self._components, self._top_m, self._rigs, self._most_used = components, top_m, rigs, most_used
+        self._components, self._top_m, self._rigs, self.most_used = components, top_m, rigs, most_used
         self.places_m = np.array([_hook_m(element) for element in components])
         self.masses_kg = np.array([element.mass_kg for element in components])
         if rigs is not None:
             self.masses_kg = self.masses_kg + rigs.mass_kg
-
-    @property
-    def most_used(self) -> float:
-        """Share of the load chart that may be used."""
-        return self._most_used
 
     @property
     def without_gear(self) -> Mapping[int, str]:
@@ -92,14 +88,12 @@ class Demand:
     def permitting(self, most_used: float) -> Demand:
         """Return the same with another permitted share of the load chart."""
         other = copy(self)
-        other._most_used = most_used
+        other.most_used = most_used
         return other
 
     def as_used(self, crane: TowerCrane) -> TowerCrane:
         """Return a crane with the permitted share of its chart and the highest gear; loads contain their gear."""
-        if self._most_used != 1.0:
-            permitted = tuple(self._most_used * kg for kg in crane.chart.capacity_kg)
-            crane = replace(crane, chart=LoadChart(crane.chart.radius_m, permitted))
+        crane = with_share(crane, self.most_used)
         if self._rigs is None:
             return crane
         return replace(crane, rigging_mass_kg=0.0, sling_m=max(crane.sling_m, self._rigs.height_m))
@@ -154,11 +148,18 @@ class Demand:
             return f"reaches {crane.jib_length_m:.1f} m of the {radius_m:.1f} m needed"
         if radius_m > high_m:
             carries = max(0.0, capacity_kg(crane.chart, radius_m) - crane.tackle_kg)
-            share = "" if self._most_used == 1.0 else f" with {100.0 * self._most_used:g} % of its chart"
+            share = "" if self.most_used == 1.0 else f" with {100.0 * self.most_used:g} % of its chart"
             return f"carries {carries / 1000.0:.1f} t at {radius_m:.1f} m{share}"
         assert crane.luffing is not None
         highest = float(highest_hooks_m(crane.luffing, np.array([radius_m]))[0])
         return f"its hook reaches {highest:.1f} m of the {self.height_m(crane):.1f} m needed at {radius_m:.1f} m"
+
+
+def with_share(crane: TowerCrane, share: float) -> TowerCrane:
+    """Return a crane whose load chart is a share of its own."""
+    if share == 1.0:
+        return crane
+    return replace(crane, chart=LoadChart(crane.chart.radius_m, tuple(share * kg for kg in crane.chart.capacity_kg)))
 
 
 def hook_above_m(element: Element) -> tuple[float, float, float]:

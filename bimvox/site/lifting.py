@@ -23,7 +23,7 @@ from bimvox.crane.load_chart import capacity_kg, permitted_wind_m_s
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.kept import kept
-from bimvox.site.component import Component, Lifting
+from bimvox.site.component import Component, IntVec, Lifting
 from bimvox.site.site import Rules, Site
 from bimvox.site.work import Work, work_of
 
@@ -257,12 +257,22 @@ class GoverningWind:
 
 def place_radius_m(site: Site, crane: TowerCrane, component: Component) -> float:
     """Return the radius of the hook when a part is set."""
-    x, y = (component.target_vox[axis] + component.hook_line_vox[axis] + 0.5 for axis in (0, 1))
+    return hook_radius_m(site, crane, component, component.target_vox)
+
+
+def hook_radius_m(site: Site, crane: TowerCrane, component: Component, cell_vox: IntVec) -> float:
+    """Return the radius of the hook when a part, in its final orientation, is at a cell."""
+    x, y = (cell_vox[axis] + component.hook_line_vox[axis] + 0.5 for axis in (0, 1))
     at = site.frame.corner_of([x, y, 0])
     return hypot(float(at[0]) - crane.base_m[0], float(at[1]) - crane.base_m[1])
 
 
 _SHARE_SLACK = 1e-9
+
+
+def shares_to_try(rules: Rules) -> tuple[float | None, ...]:
+    """Return the shares of the load chart to try, as in ``hook_room``: the usual one, then all if that gives way."""
+    return (None, 1.0) if "highest_utilisation" in rules.gives_way else (None,)
 
 
 def permitted_share(site: Site, crane: TowerCrane, component: Component, picked_m: float = 0.0) -> float:
