@@ -134,12 +134,23 @@ class Swaying:
 
     def off(self, crane: TowerCrane) -> Swaying:
         """Return how the load swings if it and its rope are not what is planned: so that most is left in the end."""
-        step_s = float(self.time_s[-1] - self.time_s[0]) / (len(self.time_s) - 1)
-        ways = [
-            replace(self, swing=swing_of(crane, self.axes, step_s, other), pendulum=other)
-            for other in self.pendulum.off
-        ]
-        return max(ways, key=lambda way: float(way.swing.amplitude_m[-1]), default=self)
+        others = self.pendulum.off
+        if not others:
+            return self
+        worst = others[int(np.argmax(self._left_off_m(crane)))]
+        return replace(self, swing=swing_of(crane, self.axes, self._step_s, worst), pendulum=worst)
+
+    def left_off_m(self, crane: TowerCrane) -> float:
+        """Return how far the load swings in the end, at most, if it and its rope are not what is planned."""
+        return max(self._left_off_m(crane), default=float(self.swing.amplitude_m[-1]))
+
+    @property
+    def _step_s(self) -> float:
+        return float(self.time_s[-1] - self.time_s[0]) / (len(self.time_s) - 1)
+
+    def _left_off_m(self, crane: TowerCrane) -> list[float]:
+        ways = (left_m(self.axes, hanging_on(crane, other), self._step_s) for other in self.pendulum.off)
+        return [float(np.sqrt((way[:4] ** 2).sum()) + np.sqrt((way[4:] ** 2).sum())) for way in ways]
 
     def left_by(self, timeline: Timeline, move: int) -> float:
         """Return the amplitude when a move ends, or when the next move that makes the load swing begins."""
@@ -341,7 +352,7 @@ def swing_fault_s(
             hit = swaying_is_free(rule, load, sway.axes, beyond_m / load.voxel_size_m, part, both)
             if hit >= 0:
                 faults.append(float(time_s[hit]))
-    if not faults and sway.off(timeline.crane).swing.amplitude_m[-1] > PLANNED_OFF_RESIDUAL_M:
+    if not faults and sway.left_off_m(timeline.crane) > PLANNED_OFF_RESIDUAL_M:
         return float(time_s[-1])
     return min(faults, default=None)
 
