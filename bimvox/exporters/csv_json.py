@@ -21,7 +21,7 @@ from bimvox.records.dates import PlanDates
 from bimvox.records.declared import Maybe, Number, Record
 from bimvox.records.lift import Lift, Status
 from bimvox.records.track import LoadTrack
-from bimvox.records.unloading import Lorries, UnloadingLift, deliveries_of, lorries_of, unloading_lifts
+from bimvox.records.unloading import Lorries, UnloadingLift, average, deliveries_of, lorries_of, unloading_lifts
 from bimvox.rendering.page.lifts import LIFT as PAGE_LIFT
 from bimvox.rendering.page.lifts import Shown
 from bimvox.site.component import Component
@@ -273,8 +273,12 @@ _TRUCK = Record(
     ("truck_mass_kg", float, "their mass", lambda it: sum(part.mass_kg for part in it.parts)),
     ("lorries", Maybe(Number), "on how many lorries; empty if nothing limits them",
      lambda it: it.lorries.count or None),
-    ("lorries_share", Maybe(float), "how full these are on average, 0..1: by payload or room, whichever is larger",
-     lambda it: sum(it.lorries.shares) / it.lorries.count if it.lorries.count else None),
+    ("lorries_share", Maybe(float), "how full these are on average, 0..1: by mass or by room, whichever is larger",
+     lambda it: average(it.lorries.shares)),
+    ("lorries_mass_share", Maybe(float), "how much of their payload they carry on average, 0..1",
+     lambda it: average(it.lorries.mass_shares)),
+    ("lorries_room_share", Maybe(float), "how far their beds are filled on average, 0..1; 0 for a special transport",
+     lambda it: average(it.lorries.room_shares)),
 )  # fmt: skip
 _PART = Record(
     "ExportedPart",

@@ -6,7 +6,8 @@ structures, and lies within the crane's reach for the part's mass. A flat part g
 travel time is used, including the travel from the part before; of equally good places the first.
 
 A new delivery begins if the next part does not fit into the yard or onto its lorries (:mod:`bimvox.records.unloading`),
-if the site file gives its place to another part of the delivery, or where the fewest lorries come in all.
+if the site file gives its place to another part of the delivery, or where the fewest lorries come in all: cuts are
+searched with the yard as it is. A part lies turned only if it otherwise fits nowhere, or if a lorry less comes then.
 It arrives when every earlier lift is finished. By then the yard is empty except for places that the site file gives to
 later parts, so an earlier arrival could bring no more. Parts of an earlier delivery that could not be lifted go back
 with a lorry.
@@ -20,8 +21,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import product
-from typing import NamedTuple
+from heapq import heapify, heappop, heappush
+from itertools import pairwise, product
+from operator import attrgetter
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,85 +51,129 @@ def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple
 
     Returns per component (by index) its place; None if it does not fit into the empty yard, turned or not.
     """
-    allocation = _Allocation(site, travels)
-    left = [index for index in order if site.components[index].means is Means.CRANE]
-    allocation.given = [index for index in left if site.components[index].start_vox is not None]
-    fewest = fewest_lorries(site, [site.components[index] for index in left])
-    while left:
-        before = allocation.state()
-        count, best = allocation.deliver(left, fewest[-len(left) - 1 :])
-        if best < count:  # the parts after these come on fewer lorries with the next delivery
-            allocation.take_back(before)
-            count, _ = allocation.deliver(left[:best], fewest[-len(left) - 1 :])
-        left = left[count:]
+    parts = [index for index in order if site.components[index].means is Means.CRANE]
+    fewest = fewest_lorries(site, [site.components[index] for index in parts])
+    allocation = _Allocation(site, parts, travels)
+    lorries, cuts = _cuts(allocation, fewest)
+    if lorries > fewest[0]:
+        fuller = _Allocation(site, parts, travels, turns=True)
+        fewer, others = _cuts(fuller, fewest)
+        if fewer < lorries:
+            allocation, cuts = fuller, others
+    for number, (first, end) in enumerate(pairwise(cuts)):
+        allocation.deliver(number, first, end)
     return risen(site, order, allocation.places)
 
 
-class _Allocation:
-    """Gives the parts their places, one delivery after the other."""
+_TRIES: Final = 40
+"""How many deliveries are tried before the search for the fewest lorries goes straight on."""
 
-    def __init__(self, site: Site, travels: Sequence[Travel]) -> None:
-        self._site = site
+
+def _cuts(allocation: _Allocation, fewest: Sequence[int]) -> tuple[int, tuple[int, ...]]:
+    """Return how many lorries come, and where deliveries begin and the last one ends, so that they are the fewest.
+
+    A* over the parts with which a delivery may begin. The bound, ``fewest``: how many lorries bring the rest to a yard
+    without limits. Of equally few lorries in all, the longest deliveries are preferred. After ``_TRIES`` deliveries,
+    what is left counts twice, so that the search ends soon, though not always with the fewest.
+    """
+    ahead: list[tuple[int, int, int, tuple[int, ...]]] = [(fewest[0], 0, 0, (0,))]
+    tried: set[int] = set()
+    weight = 1
+    while ahead:
+        _, _, lorries, cuts = heappop(ahead)
+        if cuts[-1] == len(fewest) - 1:
+            return lorries, cuts
+        if cuts[-1] in tried:
+            continue
+        tried.add(cuts[-1])
+        if len(tried) == _TRIES:
+            weight = 2
+            ahead = [(come + weight * fewest[-end], end, come, path) for _, end, come, path in ahead]
+            heapify(ahead)
+        for end, count in allocation.ends(cuts[-1]):
+            come = lorries + count
+            heappush(ahead, (come + weight * fewest[end], -end, come, (*cuts, end)))
+    raise AssertionError("a delivery brings no part")
+
+
+class _Allocation:
+    """Gives the parts their places, one delivery after the other.
+
+    Args:
+        site: The site.
+        parts: What cranes lift, in the order of the lifts.
+        travels: Travel times of the cranes.
+        turns: Whether a part is turned so that it has room; otherwise it comes with the next delivery if that helps.
+    """
+
+    def __init__(self, site: Site, parts: Sequence[int], travels: Sequence[Travel], *, turns: bool = False) -> None:
+        self.site = site
+        self._parts, self._turns = parts, turns
         self._empty = _open_yard(site)
         self._best = BestPlace(site, _fixed_tops(site), tuple(travels))
         self._borders = sorted({margin_vox(site), margin_vox(site, NOTHING_KEPT)}, reverse=True)
         self._shares = shares_to_try(site.rules)
         self._before: dict[int, Component] = {}
-        self._number = -1
-        self.given: list[int] = []
+        self._given: list[int] = []
+        self._made: dict[int, _Made] = {}
         self.places: list[YardPlace | None] = [None] * len(site.components)
-
-    def state(self) -> tuple[dict[int, Component], list[int], list[YardPlace | None], int]:
-        """Return what a delivery changes."""
-        return dict(self._before), list(self.given), list(self.places), self._number
 
     def _asides(self, component: Component) -> list[int]:
         """Return how many columns stay clear of structures and the building around a part that is upended."""
         return self._borders if component.erected else [0]
 
-    def take_back(self, state: tuple[dict[int, Component], list[int], list[YardPlace | None], int]) -> None:
-        """Forget the deliveries since a state."""
-        self._before, self.given, self.places, self._number = state
+    def ends(self, first: int) -> list[tuple[int, int]]:
+        """Return where a delivery may end that begins with a part, and how many lorries it then is.
 
-    def deliver(self, parts: Sequence[int], fewest: Sequence[int]) -> tuple[int, int]:
-        """Give the first of some parts their places: those of the next delivery.
-
-        ``fewest``: how many lorries bring the others after each of the parts.
-
-        Returns:
-            How many parts the delivery brings, and with how many of these the fewest lorries come in all.
+        It ends where another lorry would come, at the latest where the yard or its lorries are full.
         """
-        self._number += 1
-        now = _Delivery(self._site, self._number, _without_given(self._site, self._empty, self.given))
-        best, least = 0, len(self.places) + 1
-        for count, index in enumerate(parts, start=1):
-            component = self._site.components[index]
-            if now.load.is_full_for(component) or not self._place(now, index):
+        made = self._made[first] = self._delivery(first, len(self._parts))
+        return sorted((end, lorries) for lorries, end in made.ends.items())
+
+    def deliver(self, number: int, first: int, end: int) -> None:
+        """Give some of the parts their places: those of a delivery."""
+        made = self._made.get(first)
+        if made is None or max(made.ends.values()) != end:
+            made = self._delivery(first, end)
+        for index, place in zip(self._parts[first:end], made.places, strict=True):
+            self.places[index] = place and replace(place, delivery=number)
+        made.delivery.settle(self.places)
+
+    def _delivery(self, first: int, end: int) -> _Made:
+        """Place parts from one on, one after the other, as long as there is room."""
+        self._before = {}
+        for index in self._parts[:first]:
+            component = self.site.components[index]
+            if self.places[index] is not None and component.start_vox is None:
+                self._before[component.crane] = component
+        self._given = [index for index in self._parts[first:] if self.site.components[index].start_vox is not None]
+        now = _Delivery(self.site, _without_given(self.site, self._empty, self._given))
+        ends: dict[int, int] = {}
+        for at, index in enumerate(self._parts[first:end], start=first):
+            if now.load.is_full_for(self.site.components[index]) or not self._place(now, index):
                 break
-            lorries = now.load.count + fewest[count]
-            if lorries <= least:
-                best, least = count, lorries
-        else:
-            count = len(parts) + 1
-        now.settle(self.places)
-        return count - 1, best
+            ends[now.load.count] = at + 1
+        return _Made(now, ends, [self.places[index] for index in self._parts[first : max(ends.values())]])
 
     def _place(self, now: _Delivery, index: int) -> bool:
         """Give a part its place, if there is one; return False if it must come with the next delivery."""
-        site = self._site
+        site = self.site
         component = site.components[index]
+        self.places[index] = None
         if component.start_vox is not None:
             pose, turn = _given(component)
             place = (*component.start_vox[:2], *_footprint(component, pose, turn))
             if now.holds_at(place):
                 return False
-            self.places[index] = yard_place(component, now.number, pose, component.start_vox, turn=turn)
-            self.given.remove(index)
+            self.places[index] = yard_place(component, 0, pose, component.start_vox, turn=turn)
+            self._given.remove(index)
             now.given.append(place)
             now.stacks.add(component, place)
             now.load.add(component)
             return True
-        racked, alone = now.rooms(component, _without_given(site, self._empty, self.given))
+        racked, alone = now.rooms(component, _without_given(site, self._empty, self._given))
+        if self._turns:
+            racked, alone = (sorted(rooms, key=attrgetter("is_fresh")) for rooms in (racked, alone))
         rooms = [
             (Clearance(border, False, share, aside), room)
             for border, aside, share, some in product(
@@ -145,10 +192,24 @@ class _Allocation:
                     return False
                 (pose, turn), cell = found
                 now.add(component, (*cell[:2], *_footprint(component, pose, turn)), room.side)
-                self.places[index] = yard_place(component, now.number, pose, cell, turn=turn)
+                self.places[index] = yard_place(component, 0, pose, cell, turn=turn)
                 self._before[component.crane] = component
                 return True
         return True
+
+
+class _Made(NamedTuple):
+    """A delivery that is as long as there is room.
+
+    Attributes:
+        delivery: What it brings.
+        ends: How many of all parts have come when so many lorries have been unloaded.
+        places: The places of its parts, in the order of their lifts; of its number nothing is known.
+    """
+
+    delivery: _Delivery
+    ends: dict[int, int]
+    places: list[YardPlace | None]
 
 
 class _Room(NamedTuple):
@@ -166,9 +227,9 @@ class _Room(NamedTuple):
 class _Delivery:
     """What one delivery brings, and what it leaves free."""
 
-    def __init__(self, site: Site, number: int, free: NDArray[np.bool_]) -> None:
+    def __init__(self, site: Site, free: NDArray[np.bool_]) -> None:
         self._site, self._gap_vox = site, gap_vox(site)
-        self.number, self.free, self.load = number, free, Lorries(site)
+        self.free, self.load = free, Lorries(site)
         self._apart = np.ones_like(free)
         self.given: list[Rectangle] = []
         taken = Taken(self._gap_vox)

@@ -9,8 +9,8 @@ That is a bound; the motions are those of the delivery's own plan (:mod:`bimvox.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from math import inf, prod
+from dataclasses import asdict, dataclass
+from math import ceil
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -54,37 +54,78 @@ class UnloadingLift:
 
 
 @dataclass(frozen=True, slots=True)
-class Unloading:
-    """The unloading of a plan's deliveries.
+class Loads:
+    """The deliveries of a plan on their lorries.
 
     Attributes:
         deliveries: How many deliveries come.
         lorries: On how many lorries.
-        share: How full these are on average, 0..1: by payload or by room, whichever is larger; None if nothing limits
-            them.
-        seconds: How long unloading takes.
-        is_by_crane: Whether that is the crane's time for each part, by an access.
+        least: How many lorries carry the mass of all parts at least; None if nothing limits them.
+        share: How full lorries are on average, 0..1: each by mass or by room, whichever is larger; None as above.
+        mass_share: How much of their payload they carry on average.
+        room_share: How far their beds are filled on average; 0 for a special transport.
     """
 
     deliveries: int
     lorries: int
+    least: int | None
     share: float | None
+    mass_share: float | None
+    room_share: float | None
+
+    @property
+    def in_words(self) -> str:
+        """Lorries and how full they are: ``19 lorries, 84 % full on average (by mass 84 %, by room 26 %)``."""
+        lorries = f"{self.lorries:,} lorr{'y' if self.lorries == 1 else 'ies'}"
+        if self.share is None:
+            return lorries
+        both = f"by mass {self.mass_share:.0%}, by room {self.room_share:.0%}".replace("%", " %")
+        return f"{lorries}, {100 * self.share:.0f} % full on average ({both})"
+
+
+@dataclass(frozen=True, slots=True)
+class Unloading(Loads):
+    """The unloading of a plan's deliveries.
+
+    Attributes:
+        seconds: How long unloading takes.
+        is_by_crane: Whether that is the crane's time for each part, by an access.
+    """
+
     seconds: float
     is_by_crane: bool
 
 
 def unloading_of(calendar: CalendarConfig, site: Site, lifts: Iterable[Lift]) -> Unloading:
     """Return the unloading of all deliveries of a plan; ``lifts`` are all of the plan."""
-    loads = deliveries_of(lifts)
-    lorries = [lorries_of(site, load) for load in loads.values()]
-    shares = [share for one in lorries for share in one.shares]
-    return Unloading(
-        len(loads),
+    deliveries = list(deliveries_of(lifts).values())
+    lorries = [lorries_of(site, delivery) for delivery in deliveries]
+    each_s = (_unloading_s(calendar, site, *one) for one in zip(deliveries, lorries, strict=True))
+    seconds = sum(each_s) if site.cranes else 0.0
+    return Unloading(**asdict(_loads(site, lorries)), seconds=seconds, is_by_crane=is_unloaded_by_crane(calendar, site))
+
+
+def loads_of(site: Site, lifts: Iterable[Lift]) -> Loads:
+    """Return the deliveries of a plan on their lorries; ``lifts`` are all of the plan."""
+    return _loads(site, [lorries_of(site, delivery) for delivery in deliveries_of(lifts).values()])
+
+
+def _loads(site: Site, lorries: Sequence[Lorries]) -> Loads:
+    most_kg = site.rules.truckload_kg
+    masses_kg = [min(part.mass_kg, most_kg) for one in lorries for load in one.loads for part in load]
+    return Loads(
+        len(lorries),
         sum(max(1, one.count) for one in lorries),
-        sum(shares) / len(shares) if shares else None,
-        sum(unloading_s(calendar, site, load) for load in loads.values()) if site.cranes else 0.0,
-        is_unloaded_by_crane(calendar, site),
+        ceil(sum(masses_kg) / most_kg - _ROUNDING) if masses_kg else None,
+        average([share for one in lorries for share in one.shares]),
+        average([share for one in lorries for share in one.mass_shares]),
+        average([share for one in lorries for share in one.room_shares]),
     )
+
+
+def average(shares: Sequence[float]) -> float | None:
+    """Return the average of some shares; None of none."""
+    return sum(shares) / len(shares) if shares else None
 
 
 def deliveries_of(lifts: Iterable[Lift]) -> dict[int, list[Lift]]:
@@ -103,10 +144,15 @@ def is_unloaded_by_crane(calendar: CalendarConfig, site: Site) -> bool:
 
 def unloading_s(calendar: CalendarConfig, site: Site, delivery: Sequence[Lift]) -> float:
     """Return the time to unload a delivery: by the site file for each lorry, otherwise the crane's, or the usual."""
-    if not is_unloaded_by_crane(calendar, site):
-        each_s = USUAL_UNLOADING_S if calendar.unloading_s is None else calendar.unloading_s
-        return each_s * max(1, lorries_of(site, delivery).count)
-    return sum(one.duration_s for one in unloading_lifts(site, delivery))
+    return _unloading_s(calendar, site, delivery, None)
+
+
+def _unloading_s(calendar: CalendarConfig, site: Site, delivery: Sequence[Lift], lorries: Lorries | None) -> float:
+    """Return the time to unload a delivery; ``lorries`` are its own, if they are known."""
+    if is_unloaded_by_crane(calendar, site):
+        return sum(one.duration_s for one in unloading_lifts(site, delivery))
+    each_s = USUAL_UNLOADING_S if calendar.unloading_s is None else calendar.unloading_s
+    return each_s * max(1, (lorries or lorries_of(site, delivery)).count)
 
 
 def unloading_lifts(site: Site, delivery: Sequence[Lift]) -> tuple[UnloadingLift, ...]:
@@ -160,6 +206,7 @@ Size = tuple[float, float, float]
 """Along, across and above the bed, m."""
 _ROUNDING_M = 1e-6
 _KG = 1e-6
+_ROUNDING = 1e-9
 
 
 class _Kind(NamedTuple):
@@ -188,7 +235,7 @@ class _Lorry:
 
     def __init__(self, beds: Sequence[_Bed], most_kg: float) -> None:
         self._empty, self._beds, self._most_kg = beds, beds, most_kg
-        self._mass_kg, self._volume_m3 = 0.0, 0.0
+        self._mass_kg = 0.0
         self.parts: list[Component] = []
 
     def takes(self, component: Component) -> bool:
@@ -203,14 +250,17 @@ class _Lorry:
             loaded = (bed.with_part(_ways_m(component)) for bed in self._beds)
             self._beds = [bed for bed in loaded if bed is not None]
         self._mass_kg += component.mass_kg
-        self._volume_m3 += prod(_ways_m(component)[0])
         self.parts.append(component)
 
     @property
-    def share(self) -> float:
-        """How full it is: the share of its payload, or of the room of its bed, whichever is larger; at most 1."""
-        room_m3 = min((prod(bed.size_m) for bed in self._beds), default=inf)
-        return min(1.0, max(self._mass_kg / self._most_kg, self._volume_m3 / room_m3))
+    def mass_share(self) -> float:
+        """How much of its payload it carries, at most 1."""
+        return min(1.0, self._mass_kg / self._most_kg)
+
+    @property
+    def room_share(self) -> float:
+        """How far its bed is filled: of several, the one that is fuller; 0 if a special transport brings its parts."""
+        return max((bed.filled for bed in self._beds), default=0.0)
 
     def _is_fitting(self, component: Component) -> bool:
         return any(_fits(component, bed.size_m) for bed in self._empty)
@@ -251,9 +301,19 @@ class Lorries:
         return tuple(tuple(lorry.parts) for lorry in self._lorries)
 
     @property
+    def mass_shares(self) -> tuple[float, ...]:
+        """How much of its payload each lorry carries, 0..1."""
+        return tuple(lorry.mass_share for lorry in self._lorries)
+
+    @property
+    def room_shares(self) -> tuple[float, ...]:
+        """How far the bed of each lorry is filled, 0..1."""
+        return tuple(lorry.room_share for lorry in self._lorries)
+
+    @property
     def shares(self) -> tuple[float, ...]:
-        """How full each lorry is, 0..1."""
-        return tuple(lorry.share for lorry in self._lorries)
+        """How full each lorry is, 0..1: by mass or by room, whichever is larger."""
+        return tuple(map(max, self.mass_shares, self.room_shares))
 
     def is_full_for(self, component: Component) -> bool:
         """Return whether a part must come with the next delivery."""
@@ -360,6 +420,13 @@ class _Bed:
         top_m = self.top_m + self.high_m + self.dunnage_m
         next_layer = self._with(top_m, 0.0, high, (along, across))
         return next((bed for bed in (same_row, next_row, next_layer) if bed.holds()), None)
+
+    @property
+    def filled(self) -> float:
+        """How far it is filled, 0..1: layers below, and the rows of the layer on top, the last one by its length."""
+        length_m, width_m, height_m = self.size_m
+        across = (self.rows_m + self.row_m[1] * self.row_m[0] / length_m) / width_m
+        return min(1.0, (self.top_m + self.high_m * across) / height_m)
 
     def holds(self, more_m: Size | None = None) -> bool:
         """Return whether what is loaded, or one part on an empty bed, is within its limits."""

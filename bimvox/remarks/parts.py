@@ -18,11 +18,13 @@ from bimvox.proof.bodies.triangle_tree import tree_over
 from bimvox.proof.shape import volumes_of
 from bimvox.records.lift import ModelledClash, Status
 from bimvox.records.proof import Remark
+from bimvox.records.unloading import loads_of
 from bimvox.remarks import table
 from bimvox.remarks.subject import Subject, metres, tonnes
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.default_rules import (
     FEW_HANDS_KG,
+    FULL_LORRY,
     INLOADER_M,
     RACKED_THINNESS,
     ROAD_HEIGHT_M,
@@ -302,3 +304,14 @@ def storage(subject: Subject) -> Iterator[Remark]:
         height_m = float(np.ptp(component.mesh.bounds_m[:, 2]))
         if kind_of(component) is Work.WALL and height_m >= RACKED_THINNESS * sizes_m(component.mesh)[2]:
             yield table.NO_RACK(component)
+
+
+def lorries(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark if lorries are not full on average, and why."""
+    loads = loads_of(subject.site, (*subject.plan.lifts, *subject.context))
+    if loads.share is None or loads.least is None or loads.share >= FULL_LORRY:
+        return
+    why = f"their mass alone would take {loads.least:,}; the yard, the sequence and the beds for panels take more"
+    if loads.lorries <= loads.least:
+        why = "fewer cannot carry the mass of the parts"
+    yield table.LORRIES_NOT_FULL(loads=loads.in_words, full=100.0 * FULL_LORRY, why=why)

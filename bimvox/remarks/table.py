@@ -99,6 +99,8 @@ GUIDED = Row("guided", _MINOR,
     "above it: one sling leg is adjustable")
 NO_RACK = Row("no_rack", _SERIOUS,
     "stands in the yard without a rack: no room for one, or it is not along the cells; brace it there")
+LORRIES_NOT_FULL = Row("lorries", _NOTE,
+    "{loads}, less than {full:.0f} %: {why}")
 
 # Rules that are looser than usual.
 NO_WIND = Row("wind", _MINOR, "no wind is considered: rules.wind_speed_m_s is 0")

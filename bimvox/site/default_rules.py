@@ -126,6 +126,8 @@ RACKED_THINNESS: Final = 4.0
 """A wall at least this many times as high as thick on plan stands in a rack; assumed."""
 LORRIES: Final = 4
 """Lorries of a delivery: what a crane sets in two days (professional judgement)."""
+FULL_LORRY: Final = 0.8
+"""How full lorries are on average if the parts allow it, by mass or by room (professional judgement)."""
 USUAL_YARD: Final = YardRules(rack_parts=10, truck_m=TRUCK_M, lorries=LORRIES)
 TRUCK_KG: Final = 24_000.0
 """Payload of a truck in a new site file: 40 t (Directive 96/53/EC) less 16 t of tractor and trailer (assumed)."""

@@ -260,14 +260,14 @@ def _retrained(policy: Mapping[str, Any] | None) -> str | None:
 
 def _unloading(figures: Mapping[str, Any]) -> str | None:
     """Return what comes on how many lorries, and how long the hook works in all."""
+    from bimvox.records.unloading import Unloading
+
     found = figures.get("unloading")
     if not found or not found["seconds"]:
         return None
-    full = "" if found["share"] is None else f", {found['share']:.0%} full on average"
-    lorries = f"{found['lorries']:,} lorr{'y' if found['lorries'] == 1 else 'ies'}"
     how = "" if found["is_by_crane"] else ", assumed or stated"
     return (
-        f"{elapsed(found['seconds'])}{how}: {lorries}{full}; "
+        f"{elapsed(found['seconds'])}{how}: {Unloading(**found).in_words}; "
         f"{elapsed(3600.0 * figures['hook_hours'])} on the hook in all"
     )
 

@@ -1,6 +1,7 @@
 """Deliveries are cut where the next part has no room on the truck, and the proof finds room for each by itself."""
 
 import dataclasses
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from slab_yards import slab_site
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
+from bimvox.planning.yard import _Allocation, _cuts, allocate_yard
 from bimvox.proof.plan import verify_plan
 from bimvox.proof.storage import _has_room, _lorries
 from bimvox.records.lift import LiftPlan, Status
@@ -142,6 +144,64 @@ def test_a_load_without_weight_is_full_by_its_room():
     load = Lorries(site)
     load.add(component)
     assert load.shares == (pytest.approx(2.6 / 2.8),)
+
+
+def test_long_light_panels_fill_a_lorry_by_room():
+    """Three rows of 0.9 m, five layers: 13 t of 24 t."""
+    site = site_of(((13.0, 0.9, 0.4),) * 15, SEVERAL, 24_000.0)
+    light = tuple(dataclasses.replace(part, mass_kg=part.mass_kg * 0.08) for part in site.components)
+    (delivery,) = [lorries := Lorries(site)]
+    for component in light:
+        lorries.add(component)
+    assert delivery.count == 1
+    assert delivery.mass_shares == (pytest.approx(sum(part.mass_kg for part in light) / 24_000.0),)
+    (room,) = delivery.room_shares
+    assert room == pytest.approx((4 * 0.5 + 0.4 * (2 * 0.9 + 0.9 * 13.0 / 13.6) / 3.0) / 2.8)
+    assert delivery.shares == (room,)
+    assert room > 0.8 > delivery.mass_shares[0]
+
+
+@given(
+    lengths=st.lists(st.sampled_from((3.0, 6.0, 9.0)), min_size=1, max_size=9),
+    depth_m=st.sampled_from((4.0, 7.0, 12.0)),
+    turns=st.booleans(),
+)
+def test_no_other_deliveries_come_on_fewer_lorries_to_a_small_yard(lengths, depth_m, turns):
+    yard = ((24.0, 50.0 - 2.0 * depth_m), (46.0, 50.0))
+    sizes = [(length, 2.0, 0.4) for length in lengths]
+    lying = dataclasses.replace(SEVERAL, stack_parts=1)
+    site = slab_site(sizes, lying, crane=False, rules={"truckload_kg": 24_000.0}, yard=yard)
+    parts = range(len(sizes))
+    allocation = _Allocation(site, parts, (), turns=turns)
+
+    def least(first: int) -> int:
+        if first == len(parts):
+            return 0
+        return min(
+            _lorries_in(site, first, end) + least(end) for end in range(first + 1, allocation.ends(first)[-1][0] + 1)
+        )
+
+    found, cuts = _cuts(allocation, fewest_lorries(site, site.components))
+    assert found == least(0) == sum(_lorries_in(site, *span) for span in pairwise(cuts))
+
+
+def _lorries_in(site: Site, first: int, end: int) -> int:
+    load = Lorries(site)
+    for component in site.components[first:end]:
+        load.add(component)
+    return load.count
+
+
+def test_a_part_is_turned_if_a_lorry_less_comes_then():
+    """The yard has room for three slabs only if the third lies across; a lorry carries four."""
+    lying = dataclasses.replace(SEVERAL, stack_parts=1, gap_m=0.5)
+    yard = ((26.0, 20.0), (44.0, 32.0))
+    site = slab_site(((6.0, 2.0, 0.2),) * 3, lying, crane=False, rules={"truckload_kg": 24_000.0}, yard=yard)
+    lies = [(place.delivery, place.turn) for place in allocate_yard(site, (0, 1, 2)) if place]
+    assert lies == [(0, 0), (0, 0), (0, 1)]
+    light = dataclasses.replace(site, rules=dataclasses.replace(site.rules, truckload_kg=12_000.0))
+    lies = [(place.delivery, place.turn) for place in allocate_yard(light, (0, 1, 2)) if place]
+    assert lies == [(0, 0), (0, 0), (1, 0)], "two lorries come in any case"
 
 
 def test_a_delivery_ends_where_the_fewest_lorries_come_in_all():

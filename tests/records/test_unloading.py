@@ -6,9 +6,10 @@ from datetime import date
 import pytest
 from planned_sites import planned, portal_crane, portal_site, rectangle
 
+from bimvox.records import unloading
 from bimvox.records.dates import dates_of
 from bimvox.records.steps import Steps
-from bimvox.records.unloading import is_unloaded_by_crane, unloading_s
+from bimvox.records.unloading import is_unloaded_by_crane, unloading_of, unloading_s
 from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
 
@@ -58,6 +59,16 @@ def test_the_time_of_the_site_file_counts(site, plan):
 def test_without_an_access_it_is_the_usual_time(site, plan):
     bare = dataclasses.replace(site, access=None)
     assert unloading_s(CALENDAR, bare, plan[0].lifts) == 1800.0
+
+
+@pytest.mark.parametrize("access", [False, True])
+def test_the_lorries_of_a_delivery_are_counted_once(site, plan, monkeypatch, access):
+    """Also where the time follows from their number."""
+    counted, real = [], unloading.lorries_of
+    monkeypatch.setattr(unloading, "lorries_of", lambda *given: counted.append(given) or real(*given))
+    found = unloading_of(CALENDAR, site if access else dataclasses.replace(site, access=None), plan[0].lifts)
+    assert found.deliveries == len(counted) >= 1
+    assert found.seconds == (unloading_s(CALENDAR, site, plan[0].lifts) if access else 1800.0 * found.lorries)
 
 
 def test_the_dates_follow_from_it(site, plan):

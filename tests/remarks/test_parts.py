@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 from drawn_plans import motions_by_hand, plan_by_hand
 from remarked_plans import named, of_kind, plan_of
+from slab_yards import slab_site
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
+from bimvox.planning.order_search import prepare
+from bimvox.planning.planner import plan_lifts
 from bimvox.records.lift import Guide, Lift, LiftPlan, ModelledClash, Status
 from bimvox.records.proof import Severity
 from bimvox.site.means import Means
@@ -299,3 +302,26 @@ def test_what_a_person_carries_needs_no_separate_lift(mass_kg: float, said: str 
     found = of_kind(part_of((1.0, 0.2, 0.1), mass_kg), "hand_load")
     assert len(found) == (said is not None)
     assert all(said in remark.text and remark.severity is Severity.MINOR for remark in found if said)
+
+
+@pytest.mark.parametrize(("payload_kg", "lorries", "why"), [
+    (24_000.0, "1 lorry, ", "fewer cannot carry the mass"),
+    (8_000.0, "2 lorries, ", "their mass alone would take 1; the yard"),
+])  # fmt: skip
+def test_lorries_that_are_not_full_are_named_with_the_reason(payload_kg, lorries, why) -> None:
+    site = slab_site(((4.0, 2.0, 0.2),) * 2, crane=False, rules={"truckload_kg": payload_kg})
+    plan = plan_lifts(site, prepare(site))
+    if payload_kg == 8_000.0:  # in two deliveries
+        first, second = plan.lifts
+        assert second.place is not None
+        later = dataclasses.replace(second, place=dataclasses.replace(second.place, delivery=1))
+        plan = dataclasses.replace(plan, lifts=(first, later))
+    (remark,) = of_kind(plan, "lorries")
+    assert remark.severity is Severity.NOTE
+    assert remark.text.startswith(lorries)
+    assert why in remark.text
+
+
+def test_full_lorries_are_not_worth_a_remark() -> None:
+    site = slab_site(((4.0, 2.0, 0.2),) * 2, crane=False, rules={"truckload_kg": 8_000.0})
+    assert not of_kind(plan_lifts(site, prepare(site)), "lorries")

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from bimvox.errors import listed
+from bimvox.records.unloading import Unloading
 from bimvox.rendering.report.gantt import crane_chart, gantt_chart
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms, value
 from bimvox.rendering.report.lifts import critical_first, lift_table, words_of_lifts
@@ -76,10 +77,8 @@ def _on_hook(totals: dict[str, Any]) -> str:
     unloading = (totals["calendar"] or {}).get("unloading")
     if not unloading or not unloading["seconds"]:
         return ""
-    full = "" if unloading["share"] is None else f", {percent(unloading['share'], 0)} full on average"
-    lorries = f"{unloading['lorries']:,} lorr{'y' if unloading['lorries'] == 1 else 'ies'}"
-    whole = span(totals["total_s"] + unloading["seconds"])
-    return f"{whole}, {span(unloading['seconds'])} of it unloading {lorries}{full}"
+    whole, lorries = span(totals["total_s"] + unloading["seconds"]), Unloading(**unloading).in_words
+    return f"{whole}, {span(unloading['seconds'])} of it unloading {lorries}"
 
 
 def _needed(totals: dict[str, Any]) -> str:
