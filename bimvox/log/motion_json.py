@@ -14,7 +14,7 @@ from bimvox.errors import LogFileError
 from bimvox.log.codec import ArrayReader, ArrayWriter, DecodeError, decode, encode
 from bimvox.log.motion_message import Samples, SamplesByLift
 from bimvox.log.plan_json import lines_of
-from bimvox.records.motion import LiftMotion, Phase, Trajectory
+from bimvox.records.motion import LiftMotion, Phase, Trajectory, WindLimit
 from bimvox.sparse import SPARSE
 
 
@@ -42,6 +42,7 @@ class _Record:
     loaded: _Part
     crane: int = field(default=0, metadata=SPARSE)
     departure: _Part | None = field(default=None, metadata=SPARSE)
+    wind: WindLimit | None = field(default=None, metadata=SPARSE)
 
 
 def motions_to_json(motions: Sequence[LiftMotion]) -> bytes:
@@ -58,6 +59,7 @@ def motions_to_json(motions: Sequence[LiftMotion]) -> bytes:
             loaded=_part_of(motion.loaded),
             crane=motion.crane,
             departure=None if motion.departure is None else _part_of(motion.departure),
+            wind=motion.wind,
         )
         for motion in motions
     ]
@@ -128,6 +130,7 @@ def _motion(record: _Record, samples: Samples, partial: bool) -> LiftMotion | No
         end_ns=record.end_ns,
         crane=record.crane,
         departure=None if record.departure is None else cut(record.departure),
+        wind=record.wind,
     )
 
 

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf, isfinite, sqrt
-from typing import NamedTuple
+from math import inf, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import utilisation
-from bimvox.motion.swing import gust_swing_m, pendulum_lengths_m
-from bimvox.records.lift import Lift, LiftPlan, Method, Status
+from bimvox.records.lift import LiftPlan, Method, Status
 from bimvox.records.motion import LiftMotion, PhaseName, Trajectory
 from bimvox.records.unloading import Unloading, unloading_of
 from bimvox.site.config.calendar import CalendarConfig
-from bimvox.site.lifting import GoverningWind, crane_for, governing_wind, hung_kg, permitted_for
+from bimvox.site.lifting import GoverningWind, governing_wind, hung_kg
 from bimvox.site.site import Site, SwingRule
 
 
@@ -111,7 +109,7 @@ def plan_figures(
     share = plan.site.rules.critical_share if critical_share is None else critical_share
     planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
     used = [capacity_used(plan.site, motion) for motion in motions]
-    highest = max(used, default=inf)
+    highest, limits = max(used, default=inf), wind_limits(motions)
     return PlanFigures(
         lifts=len(plan.lifts),
         planned=len(planned),
@@ -126,7 +124,7 @@ def plan_figures(
         critical_share=share,
         swing=plan.site.rules.swing if plan.site.cranes else None,
         cranes=_each(plan.site, motions) if plan.site.has_several_cranes else (),
-        wind=governing_wind(plan.site, (plan.site.components[lift.component] for lift in planned)),
+        wind=governing_wind(plan.site, (plan.site.components[lift.component] for lift in planned), limits),
         highest=highest if isfinite(highest) else None,
         unloading=unloading_of(calendar or CalendarConfig(), plan.site, plan.lifts) if motions else None,
     )
@@ -162,41 +160,9 @@ def capacity_used(site: Site, motion: LiftMotion) -> float:
     return float(utilisation(crane.chart, radius_m, mass_kg).max())
 
 
-class Gust(NamedTuple):
-    """How a load in transit swings in the strongest gust in which it may be lifted.
-
-    Attributes:
-        speed_m_s: That gust.
-        swing_m: How far the load swings out, on the longest rope of its way.
-        kept_m: The clearance that it keeps.
-        clear_m_s: The gust in which it swings no further than that: ``speed_m_s``, or less.
-    """
-
-    speed_m_s: float
-    swing_m: float
-    kept_m: float
-    clear_m_s: float
-
-
-def gust_in_transit(site: Site, lift: Lift, motion: LiftMotion) -> Gust | None:
-    """Return how a load swings in a gust in transit; None on a site without wind or swing, or without such a way.
-
-    The last moves do not count: there people guide the load.
-    """
-    if site.rules.wind_speed_m_s == 0.0 or site.rules.swing is SwingRule.OFF:
-        return None
-    component, crane = site.components[motion.component], site.cranes[motion.crane]
-    time_ns, inside = motion.loaded.time_ns + np.int64(motion.start_ns), np.zeros(len(motion.loaded.time_ns), np.bool_)
-    for phase in motion.phases:
-        if phase.name is PhaseName.TRAVERSE:
-            inside |= (time_ns >= phase.start_ns) & (time_ns <= phase.end_ns)
-    if not inside.any():
-        return None
-    rigged, speed_m_s = crane_for(site, crane, component), permitted_for(site, crane, component)
-    rope_m = float(pendulum_lengths_m(rigged, motion.loaded.axes[inside], 0.0).max())
-    swing_m = gust_swing_m(site, rigged, component, rope_m, speed_m_s)
-    kept_m = site.rules.kept_m("transit_clearance_m", lift.kept)
-    return Gust(speed_m_s, swing_m, kept_m, speed_m_s * sqrt(min(1.0, kept_m / swing_m)) if swing_m else speed_m_s)
+def wind_limits(motions: Sequence[LiftMotion]) -> dict[int, float]:
+    """Return the wind up to which each lift is permitted, m/s, by component; of those whose motion states it."""
+    return {motion.component: motion.wind.speed_m_s for motion in motions if motion.wind is not None}
 
 
 def driven_rates(motions: Sequence[LiftMotion]) -> dict[str, float] | None:

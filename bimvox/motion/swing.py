@@ -9,7 +9,7 @@ b'' = (g - l'') ((1 + m) / l (p - b) + m / s (q - b)), q'' = (g - l'') / s (b - 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi, sqrt
 from typing import NamedTuple
 
@@ -20,9 +20,11 @@ from bimvox.compiled import inline_kernel, kernel
 from bimvox.crane.load_chart import wind_force_n
 from bimvox.crane.tower_crane import TowerCrane, tip_height_m
 from bimvox.motion.swept import LoadFrame, load_frame, swaying_is_free
+from bimvox.records.lift import Lift
+from bimvox.records.motion import LiftMotion, PhaseName, WindLimit
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.component import Component
-from bimvox.site.lifting import crane_for, masses_on_rope_kg
+from bimvox.site.lifting import asked_wind_m_s, crane_for, masses_on_rope_kg, permitted_for
 from bimvox.site.site import Site, SwingRule
 
 GRAVITY_M_S2 = 9.80665
@@ -165,6 +167,41 @@ def gust_swing_m(site: Site, rigged: TowerCrane, component: Component, rope_m: f
     block_kg, load_kg = masses_on_rope_kg(rigged, component)
     force_n = wind_force_n(speed_m_s, component.sail_area_m2, site.rules.drag_coefficient)
     return _SUDDEN * force_n / GRAVITY_M_S2 * (rope_m / (block_kg + load_kg) + below_m / load_kg)
+
+
+def with_wind(site: Site, lift: Lift, motion: LiftMotion) -> LiftMotion:
+    """Return the motion of a lift with the wind in which it is permitted, if the rules ask for wind and swing.
+
+    In transit the load swings no further, in a sudden gust of that wind, than it keeps clear there. On the last moves
+    people guide it. Rules without a clearance in transit limit nothing.
+    """
+    rules, component, crane = site.rules, site.components[motion.component], site.cranes[motion.crane]
+    if rules.swing is SwingRule.OFF or not max(rules.wind_speed_m_s, asked_wind_m_s(rules)):
+        return motion
+    rigged, speed_m_s = crane_for(site, crane, component), permitted_for(site, crane, component)
+    rope_m = float(pendulum_lengths_m(rigged, motion.loaded.axes[_in_transit(site, lift, motion)], 0.0).max())
+    swing_m = gust_swing_m(site, rigged, component, rope_m, speed_m_s)
+    kept_m = rules.kept_m("transit_clearance_m", lift.kept) if rules.transit_clearance_m > 0.0 else swing_m
+    if swing_m > kept_m:
+        speed_m_s *= sqrt(kept_m / swing_m)  # a gust's force grows with the square of its speed
+        swing_m = kept_m
+    return replace(motion, wind=WindLimit(speed_m_s, swing_m))
+
+
+def _in_transit(site: Site, lift: Lift, motion: LiftMotion) -> NDArray[np.bool_]:
+    """Return (N,) which samples of the loaded motion are in transit: until it is lowered below the last moves."""
+    assert lift.path_vox is not None
+    loaded, last = motion.loaded, lift.last_moves_vox
+    gate_m = float(loaded.height_m[-1]) + int(last[0, 2] - last[-1, 2]) * site.frame.voxel_size_m
+    inside = loaded.height_m >= gate_m - _SAME_HEIGHT_M
+    time_ns = loaded.time_ns + np.int64(motion.start_ns)
+    for phase in motion.phases:
+        if phase.name in (PhaseName.HOIST, PhaseName.TRAVERSE):
+            inside |= (time_ns >= phase.start_ns) & (time_ns <= phase.end_ns)
+    return inside
+
+
+_SAME_HEIGHT_M = 1e-6
 
 
 class Hanging(NamedTuple):

@@ -17,7 +17,7 @@ from bimvox.grid.summed_area import box_sum
 from bimvox.motion.drive import drive_free, drive_path, drive_turning
 from bimvox.motion.move import Line, Move
 from bimvox.motion.swept import HookEnd, LoadFrame, axes_of_cells, pose_next_to
-from bimvox.motion.swing import HOOK_OFFSET, RiggedCrane, rigged_crane
+from bimvox.motion.swing import HOOK_OFFSET, RiggedCrane, rigged_crane, with_wind
 from bimvox.motion.timeline import Timeline, in_sequence, pause_of, sampled
 from bimvox.motion.trajectories import approached, delayed, phases_from, starting
 from bimvox.records.lift import Lift, YardPlace
@@ -25,6 +25,7 @@ from bimvox.records.motion import LiftMotion, PhaseName, Trajectory, quarters_of
 from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace, hook_room, placement_is_free
 from bimvox.site.component import Component, StoredPose, turned_aside
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
+from bimvox.site.lifting import asked_wind_m_s, permitted_for
 from bimvox.site.site import Rules, Site
 from bimvox.units import NS_PER_S
 
@@ -207,7 +208,7 @@ def _motion(
     spans.append((PhaseName.SET, round(crew.brace_s * NS_PER_S)))
     spans.append((PhaseName.RELEASE, round(crew.hook_off_s * NS_PER_S)))
     phases = phases_from(clock_ns, spans)
-    return LiftMotion(
+    motion = LiftMotion(
         lift.order,
         lift.component,
         approach,
@@ -218,6 +219,28 @@ def _motion(
         end_ns=phases[-1].end_ns,
         crane=component.crane,
     )
+    return _permitted(site, lift, with_wind(site, lift, motion))
+
+
+_SAME_SPEED = 1e-9
+
+
+def _permitted(site: Site, lift: Lift, motion: LiftMotion) -> LiftMotion:
+    """Return a motion that stays clear in the wind in which the site file asks for every lift.
+
+    Raises PlanningError: if a gust of that wind swings the load further than it keeps clear in transit.
+    """
+    asked_m_s, component = asked_wind_m_s(site.rules), site.components[lift.component]
+    # What crane and sail area permit was asked before there was a path.
+    most_m_s = min(asked_m_s, permitted_for(site, site.cranes[motion.crane], component))
+    if motion.wind is not None and motion.wind.speed_m_s < most_m_s * (1.0 - _SAME_SPEED):
+        kept_m = site.rules.kept_m("transit_clearance_m", lift.kept)
+        raise PlanningError(
+            f"a gust of more than {motion.wind.speed_m_s:.1f} m/s swings the load further than the {kept_m:g} m that "
+            f"it keeps in transit; the site file asks for lifts in {asked_m_s:g} m/s",
+            hint="ask for less wind in [rules], or for a larger transit_clearance_m",
+        )
+    return motion
 
 
 def raised_s(rules: Rules, place: YardPlace) -> float:

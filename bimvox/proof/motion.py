@@ -39,7 +39,7 @@ from bimvox.proof.moment import Moment, Standing
 from bimvox.proof.plan import LiftProofs, triangles_of
 from bimvox.proof.rigging import rigging_kg
 from bimvox.proof.space import ALWAYS_NS, RawCells
-from bimvox.proof.swing import SwingProof
+from bimvox.proof.swing import SwingProof, check_gust
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion, Trajectory
 from bimvox.records.proof import Check, Verification, turn_to
@@ -62,6 +62,7 @@ UNITS = {
     "zones": "",
     "jib": "",
     "swing": "m",
+    "gust": "m",
 }
 """The checks, and the unit of ``worst``."""
 
@@ -247,6 +248,7 @@ class _Verifier(LiftProofs[_Driven]):
         transit.check(name, moment, motion)
         hook.check(name, moment, motion, ways)
         swing.check(name, moment, motion, ways)
+        check_gust(self.checks["gust"], name, self.site, crane, moment.lift, motion)
         own = dict(self.checks)
         self.checks.update(whole)
         return own
@@ -345,7 +347,7 @@ def _course(motion: LiftMotion | None) -> tuple[object, ...] | None:
         return None
     phases = tuple((p.name, p.start_ns - motion.start_ns, p.end_ns - motion.start_ns) for p in motion.phases)
     parts = (motion.approach, motion.raising, motion.loaded, motion.departure)
-    return motion.order, motion.crane, parts, phases, motion.end_ns - motion.start_ns
+    return motion.order, motion.crane, parts, phases, motion.end_ns - motion.start_ns, motion.wind
 
 
 def _is_sound(check: Check, name: str, motion: LiftMotion) -> bool:

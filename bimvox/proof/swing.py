@@ -15,14 +15,16 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.proof.crane.pendulum import STEP_NS, Hung, Swung, hung_on, left_off_m, swung_parts
+from bimvox.proof.crane.pendulum import STEP_NS, Hung, Swung, blown_m, hung_on, left_off_m, swung_parts
 from bimvox.proof.guided import cells_at_any_heading, turning_rows
 from bimvox.proof.hook import EmptyWay, one_way
 from bimvox.proof.load import LiftProof
 from bimvox.proof.moment import Moment, Thing, near_and_far
+from bimvox.proof.site_rules import asked_wind_m_s, asks_for_wind, most_wind_m_s
 from bimvox.proof.space import BETWEEN_VOX, Placements, cells_below, tail_of
 from bimvox.records.lift import Lift
-from bimvox.records.motion import LiftMotion, Trajectory
+from bimvox.records.motion import LiftMotion, PhaseName, Trajectory
+from bimvox.records.proof import Check
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
@@ -171,6 +173,70 @@ class SwingProof(LiftProof):
             f"{name}: at {swung.time_s[rows][worst]:.2f} s, in its last moves, the load swings {off_m:.3f} m "
             "off their line",
         )
+
+
+_AIR_KG_M3 = 1.25
+_GUST_M = 1e-3
+_SHARE = 1e-6
+
+
+def check_gust(check: Check, name: str, site: Site, crane: TowerCrane, lift: Lift, motion: LiftMotion) -> None:
+    """Check the wind in which a lift says it is permitted, and that the load stays clear in a gust of it in transit.
+
+    Crane and sail area permit that wind; the load swings no further than stated, and than it keeps clear. A load that
+    was stopped left its plan: what the site file asks for is no longer checked.
+    """
+    component, rules = site.components[lift.component], site.rules
+    hung = hung_on(site, crane, component)
+    if hung is None or not (asks_for_wind(rules) and lift.path_vox is not None):
+        return
+    if motion.wind is None:
+        check.look(False, f"{name}: it does not state the wind in which it is permitted")
+        return
+    speed_m_s, sail_m2 = motion.wind.speed_m_s, component.sail_area_m2 * rules.drag_coefficient
+    most_m_s = most_wind_m_s(crane, component, sail_m2)
+    check.look(
+        speed_m_s <= most_m_s * (1.0 + _SHARE),
+        f"{name}: it is called permitted in wind of {speed_m_s:.2f} m/s, its crane and its sail area permit "
+        f"{most_m_s:.2f} m/s",
+    )
+    asked_m_s = asked_wind_m_s(rules)
+    check.look(
+        speed_m_s >= asked_m_s * (1.0 - _SHARE) or bool(lift.left),
+        f"{name}: it is permitted in wind of {speed_m_s:.2f} m/s, the site file asks for {asked_m_s:g} m/s",
+    )
+    swing_m = blown_m(
+        crane_for(site, crane, component),
+        motion.loaded.axes[_carried(site, lift, motion)],
+        hung,
+        0.5 * _AIR_KG_M3 * speed_m_s**2 * sail_m2,
+    )
+    check.measure(swing_m)
+    check.look(
+        swing_m <= motion.wind.swing_m + _GUST_M,
+        f"{name}: a gust of {speed_m_s:.2f} m/s swings its load by {swing_m:.3f} m, not by {motion.wind.swing_m:.3f} m",
+    )
+    kept_m = rules.kept_m("transit_clearance_m", lift.kept)
+    check.look(
+        swing_m <= kept_m + _GUST_M or rules.transit_clearance_m == 0.0,
+        f"{name}: a gust of {speed_m_s:.2f} m/s, in which it is permitted, swings its load by {swing_m:.3f} m; in "
+        f"transit it keeps {kept_m:g} m",
+    )
+
+
+def _carried(site: Site, lift: Lift, motion: LiftMotion) -> NDArray[np.bool_]:
+    """Return (N,) which samples of the loaded motion are in transit: all before it goes down into its last moves."""
+    assert lift.path_vox is not None
+    heights_m = motion.loaded.height_m
+    down_vox = lift.path_vox[max(0, len(lift.path_vox) - 1 - lift.contact_moves), 2] - lift.path_vox[-1, 2]
+    begun = heights_m < heights_m[-1] + float(down_vox) * site.frame.voxel_size_m - _GUST_M
+    lowering = np.zeros(len(heights_m), np.bool_)
+    clock_ns = motion.loaded.time_ns + motion.start_ns
+    for phase in motion.phases:
+        if phase.name is PhaseName.LOWER:
+            lowering |= (clock_ns > phase.start_ns) & (clock_ns <= phase.end_ns)
+    carried: NDArray[np.bool_] = ~(begun & lowering)
+    return carried
 
 
 def swung_placements(

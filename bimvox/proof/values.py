@@ -262,6 +262,9 @@ def check_motion_values(check: Check, site: Site, motions: Sequence[LiftMotion])
                 _within(check, f"{name}: bound_s of its {what} motion", way.bound_s, _Range(0.0, 1e9))
         longer = motion.loaded.bound_s > motion.loaded.duration_s * (1.0 + 1e-6) and not motion.stops_ns
         check.look(not longer, f"{name}: bound_s is longer than its loaded motion")
+        if motion.wind is not None:
+            _within(check, f"{name}: wind.speed_m_s", motion.wind.speed_m_s, _Range(0.0, 100.0))
+            _within(check, f"{name}: wind.swing_m", motion.wind.swing_m, _Range(0.0, _FAR_M))
         _check_time(check, f"{name}: it ends", motion.end_ns)
         for phase in motion.phases:
             _check_time(check, f"{name}: its phase {phase.name.value} begins", phase.start_ns)

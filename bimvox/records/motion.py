@@ -160,6 +160,20 @@ def quarters_of(turn: int) -> int:
 
 
 @dataclass(frozen=True, slots=True)
+class WindLimit:
+    """The wind in which a lift is permitted, and how far its load swings in it.
+
+    Attributes:
+        speed_m_s: Gust of 3 s at jib height up to which crane and sail area permit the lift, or in which the load
+            swings no further than it keeps clear in transit; the smaller of the two.
+        swing_m: How far a sudden gust of that speed swings the load out, on the longest rope of its way in transit.
+    """
+
+    speed_m_s: float
+    swing_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class Phase:
     """A time span of a lift.
 
@@ -192,6 +206,7 @@ class LiftMotion:
         crane: The crane that executes it: index in ``Site.cranes``.
         departure: The empty hook from the set point to a parking place, after the last lift of one of several cranes,
             if it would be in the way of another; otherwise None.
+        wind: The wind in which it is permitted; None if the rules ask for no wind or ignore swing.
     """
 
     order: int
@@ -204,6 +219,7 @@ class LiftMotion:
     end_ns: int
     crane: int = 0
     departure: Trajectory | None = field(default=None, repr=False)
+    wind: WindLimit | None = None
 
     @property
     def number(self) -> int:

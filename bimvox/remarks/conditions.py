@@ -13,7 +13,7 @@ from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.bim.site_frame import is_about_place
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import enumerated, listed
-from bimvox.motion.figures import capacity_used, gust_in_transit
+from bimvox.motion.figures import capacity_used, wind_limits
 from bimvox.motion.swing import OFF
 from bimvox.proof.over_time import not_current
 from bimvox.records.lift import NOT_ITS_CELLS, Lift, LiftPlan, Status
@@ -108,19 +108,14 @@ def _of_the_lifts(plan: LiftPlan, motions: Sequence[LiftMotion]) -> Iterator[Con
     if not own.wind_speed_m_s:
         yield None, "there is no wind"
     planned = [(lift, site.components[lift.component]) for lift in plan.lifts if lift.status is Status.PLANNED]
+    limits = wind_limits(motions)
     yield (
-        [part.id for _, part in planned if needs_less_wind(site, part)],
+        [part.id for _, part in planned if needs_less_wind(site, part, limits.get(part.index))],
         f"lifts wait for less wind than {own.wind_speed_m_s:g} m/s, each for its own limit",
     )
     yield (
         [part.id for lift, part in planned if lift.kept != ALL_KEPT],
         "lifts keep less than the clearance in transit that the rules ask for",
-    )
-    lifts = {lift.order: lift for lift, _ in planned}
-    gusts = [(one, gust_in_transit(site, lifts[one.order], one)) for one in motions if one.order in lifts]
-    yield (
-        [site.components[one.component].id for one, gust in gusts if gust and gust.clear_m_s < gust.speed_m_s],
-        "lifts that a gust swings further than they keep clear wait for less wind, or tag lines hold them",
     )
     if "highest_utilisation" in own.gives_way:
         most = own.highest_utilisation

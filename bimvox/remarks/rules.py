@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import listed
-from bimvox.motion.figures import gust_in_transit
+from bimvox.motion.figures import wind_limits
 from bimvox.proof.over_time import not_current
 from bimvox.records.lift import Lift, Status, YardPlace
 from bimvox.records.programme import TaskDates
@@ -76,6 +76,7 @@ def _kept_less(subject: Subject) -> Iterator[Remark]:
     site, own = subject.site, subject.site.rules
     planned = [lift for lift in subject.plan.lifts if lift.status is Status.PLANNED]
     kept = {lift.component: lift.kept for lift in planned}
+    limits = wind_limits(subject.motions)
     kept_headings = {lift.component for lift in planned if not lift.ever_with_jib}
     for component in subject.lifted:
         less = kept.get(component.index, ALL_KEPT)
@@ -90,37 +91,30 @@ def _kept_less(subject: Subject) -> Iterator[Remark]:
             yield row(component, kept=said)
         if own.heading is HeadingRule.WITH_JIB and component.index in kept_headings:
             yield table.KEPT_HEADING(component)
-        yield from _less_wind(site, component)
+        kept_m = own.kept_m("transit_clearance_m", less)
+        yield from _less_wind(site, component, kept_m, limits.get(component.index))
 
 
-def gusts(subject: Subject) -> Iterator[Remark]:
-    """Yield a remark about every load that a gust of its permitted wind swings further than it keeps clear.
+def _less_wind(site: Site, component: Component, kept_m: float, stated_m_s: float | None) -> Iterator[Remark]:
+    """Yield a remark about a part that waits for less wind; a serious one if no lift should need so little.
 
-    It is serious if the load does not stay clear in the wind that is planned.
+    ``kept_m``: what its load keeps in transit; ``stated_m_s``: the wind in which its motion permits it.
     """
-    lifts = {lift.order: lift for lift in subject.lifts}
-    for motion in subject.motions:
-        gust = gust_in_transit(subject.site, lifts[motion.order], motion) if motion.order in lifts else None
-        if gust is None or gust.clear_m_s >= gust.speed_m_s:
-            continue
-        way = f"it stays clear up to {gust.clear_m_s:.1f} m/s" if gust.kept_m > 0.0 else "tag lines must hold it there"
-        component = subject.site.components[motion.component]
-        row = table.GUST_BEYOND_PLAN if gust.clear_m_s >= subject.site.rules.wind_speed_m_s else table.GUST_SWING
-        yield row(component, swing=gust.swing_m, most=gust.speed_m_s, kept=gust.kept_m, way=way)
-
-
-def _less_wind(site: Site, component: Component) -> Iterator[Remark]:
-    """Yield a remark about a part that waits for less wind; a serious one if no lift should need so little."""
     crane, least = site.crane_of(component), site.rules.least_wind_m_s
     if crane is None:
         return
-    most, sail_m2 = permitted_for(site, crane, component), component.sail_area_m2
-    if is_below_least_wind(site, component):
-        sector, mass = edge_on_deg(site, component), tonnes(component.mass_kg)
-        row = table.BELOW_LEAST_WIND if sector is None else table.EDGE_ON_WIND
-        yield row(component, most=most, sail=sail_m2, mass=mass, least=least, sector=sector)
-    elif needs_less_wind(site, component):
-        yield table.LOW_WIND(component, most=most, sail=sail_m2, other=site.rules.wind_speed_m_s)
+    by_sail_m_s = permitted_for(site, crane, component)
+    most = by_sail_m_s if stated_m_s is None else stated_m_s
+    by_sail = most >= by_sail_m_s * (1.0 - 1e-9)
+    why = f"its sail area is {component.sail_area_m2:.1f} m2 for {tonnes(component.mass_kg)}"
+    if not by_sail:
+        why = f"a stronger gust swings it further than the {kept_m:g} m that it keeps in transit"
+    if is_below_least_wind(site, component, most):
+        sector = edge_on_deg(site, component) if by_sail else None
+        row = table.EDGE_ON_WIND if sector is not None else table.BELOW_LEAST_WIND
+        yield (row if by_sail else table.BELOW_LEAST_CLEAR)(component, most=most, why=why, least=least, sector=sector)
+    elif needs_less_wind(site, component, most):
+        yield table.LOW_WIND(component, most=most, why=why, other=site.rules.wind_speed_m_s)
 
 
 def _raised_near(subject: Subject) -> Iterator[Remark]:

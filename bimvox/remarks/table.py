@@ -125,19 +125,15 @@ RAISED_NEAR = Row("small_clearance", _SERIOUS,
     "beside it")
 KEPT_HEADING = Row("kept_heading", _MINOR, "keeps its heading by tag line: it has no room to turn with the jib")
 LOW_WIND = Row("low_wind", _MINOR,
-    "may be lifted in wind up to {most:.1f} m/s only: its sail area is {sail:.1f} m2; other lifts up to {other:g} "
-    "m/s")
-_LEAST_WIND = ("may be lifted in wind up to {most:.1f} m/s only, less than {least:g} m/s: its sail area is {sail:.1f} "
-    "m2 for {mass}; ")
+    "may be lifted in wind up to {most:.1f} m/s only: {why}; other lifts up to {other:g} m/s")
+_LEAST_WIND = "may be lifted in wind up to {most:.1f} m/s only, less than {least:g} m/s: {why}; "
 BELOW_LEAST_WIND = Row("low_wind", _SERIOUS,
     _LEAST_WIND + "wait for such a day, lift it with others as one heavier load, or shelter it")
 EDGE_ON_WIND = Row("low_wind", _SERIOUS,
     _LEAST_WIND + "in wind up to {least:g} m/s only while it blows at its narrow side, within {sector} degrees, which "
-    "two tag lines hold into the wind")
-_GUST = ("swings by up to {swing:.1f} m in a gust of {most:.1f} m/s, in which it may be lifted, and keeps {kept:g} m "
-    "in transit: {way}")
-GUST_SWING = Row("gust_swing", _SERIOUS, _GUST)
-GUST_BEYOND_PLAN = Row("gust_swing", _MINOR, _GUST + ", which is more than is planned")
+    "two tag lines turn to the wind")
+BELOW_LEAST_CLEAR = Row("low_wind", _SERIOUS,
+    _LEAST_WIND + "wait for such a day, or give its way more room (rules.transit_clearance_m)")
 CREW_TIMES = Row("crew_times", _MINOR,
     "{sling:g} s to attach the slings, {brace:g} s to align and brace a part and {release:g} s to take its slings "
     "off are too short for a crew")

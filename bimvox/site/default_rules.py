@@ -21,9 +21,10 @@ professional judgement for panels). The wind limits of cranes, 20 m/s for most, 
 which panels exceed."""
 
 LEAST_WIND_M_S: Final = 7.0
-"""A lift that needs less is one for rare days: winds of Beaufort 4 reach 7.9 m/s. Roofers stop handling large sheets in
-a mean wind of 17 mph, 7.6 m/s (rules of the NFRC, as terrificexterior.com quotes them); a whole number below it
-(professional judgement)."""
+"""A lift that needs less is one for rare days: winds of Beaufort 4 reach 7.9 m/s. Glass and cladding panels are lifted
+up to 8 m/s (GGR, "Take care in windy weather", for vacuum lifters); roofers stop handling large sheets in a mean wind
+of 17 mph, 7.6 m/s (rules of the NFRC, as terrificexterior.com quotes them). A whole number below both (professional
+judgement)."""
 
 HIGHEST_UTILISATION: Final = 0.85
 """Of the load chart, for a pick or a set. A chart holds at rest, for the mass as it is: starting, stopping and a mass

@@ -7,7 +7,7 @@ on its top above the centre of mass; otherwise gear is chosen for each part, wit
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, hypot, inf, tan
 
@@ -296,12 +296,16 @@ def permitted_for(site: Site, crane: TowerCrane, component: Component) -> float:
     )
 
 
-def needs_less_wind(site: Site, component: Component) -> bool:
-    """Return whether a part may be lifted only in less wind than the rules ask for, where these give way."""
+def needs_less_wind(site: Site, component: Component, limit_m_s: float | None = None) -> bool:
+    """Return whether a part may be lifted only in less wind than the rules ask for, where these give way.
+
+    ``limit_m_s``: the wind in which its motion permits it; None: what crane and sail area permit.
+    """
     crane = site.crane_of(component)
     if crane is None or "wind_speed_m_s" not in site.rules.gives_way:
         return False
-    return permitted_for(site, crane, component) < min(site.rules.wind_speed_m_s, crane.max_wind_m_s)
+    permitted_m_s = permitted_for(site, crane, component) if limit_m_s is None else limit_m_s
+    return permitted_m_s < min(site.rules.wind_speed_m_s, crane.max_wind_m_s)
 
 
 def asked_wind_m_s(rules: Rules) -> float:
@@ -310,15 +314,17 @@ def asked_wind_m_s(rules: Rules) -> float:
     return max((getattr(rules, rule) for rule in asked if rule not in rules.gives_way), default=0.0)
 
 
-def is_below_least_wind(site: Site, component: Component) -> bool:
+def is_below_least_wind(site: Site, component: Component, limit_m_s: float | None = None) -> bool:
     """Return whether a part may be lifted only in less wind than any lift should need, where that gives way.
 
     Not if the site has no wind (``rules.wind_speed_m_s`` is 0), and not for the limit of the crane itself.
+    ``limit_m_s``: as for ``needs_less_wind``.
     """
     crane, rules = site.crane_of(component), site.rules
     if crane is None or rules.wind_speed_m_s == 0.0 or "least_wind_m_s" not in rules.gives_way:
         return False
-    return permitted_for(site, crane, component) < min(rules.least_wind_m_s, crane.max_wind_m_s)
+    permitted_m_s = permitted_for(site, crane, component) if limit_m_s is None else limit_m_s
+    return permitted_m_s < min(rules.least_wind_m_s, crane.max_wind_m_s)
 
 
 LEAST_SECTOR_DEG = 20
@@ -328,7 +334,8 @@ LEAST_SECTOR_DEG = 20
 def edge_on_deg(site: Site, component: Component) -> int | None:
     """Return how far, to either side of a part's narrow side, wind of the least speed may come from.
 
-    Two tag lines hold that side into the wind. None if there is no such sector, or it is too small to rely on
+    Tag lines turn that side to the wind, and never hold a load against it (SEAA, "Controlling Loads with Taglines").
+    None if there is no such sector, or it is too small to rely on
     (``LEAST_SECTOR_DEG``), or the part is upended, which turns other sides to the wind.
     """
     from bimvox.site.parts import sail_areas_m2  # takes long to import, and few plans need it
@@ -347,13 +354,18 @@ def edge_on_deg(site: Site, component: Component) -> int | None:
     return sector_deg if sector_deg >= LEAST_SECTOR_DEG else None
 
 
-def governing_wind(site: Site, lifted: Iterable[Component]) -> GoverningWind | None:
-    """Return the smallest wind in which these parts may be lifted; None without a crane or parts."""
+def governing_wind(
+    site: Site, lifted: Iterable[Component], limits: Mapping[int, float] | None = None
+) -> GoverningWind | None:
+    """Return the smallest wind in which these parts may be lifted; None without a crane or parts.
+
+    ``limits``: the wind up to which a lift is permitted, by component, if its motion says that.
+    """
     least: GoverningWind | None = None
     for component in lifted:
         if (crane := site.crane_of(component)) is None:
             return None
-        speed_m_s = permitted_for(site, crane, component)
+        speed_m_s = (limits or {}).get(component.index, permitted_for(site, crane, component))
         if least is None or speed_m_s < least.speed_m_s:
             by_part = speed_m_s < crane.max_wind_m_s
             name = (component.name or component.id) if by_part else crane.name

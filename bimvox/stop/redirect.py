@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.errors import PlanningError
 from bimvox.motion.swept import cells_of_axes, in_cell
-from bimvox.motion.swing import RiggedCrane, rigged_crane
+from bimvox.motion.swing import RiggedCrane, rigged_crane, with_wind
 from bimvox.motion.time_lift import carrying_phases, drive_lift, empty_hook_clearance, left_cells
 from bimvox.motion.timeline import after_a_pause, sampled
 from bimvox.motion.trajectories import cut_at, delayed, delayed_phases, phases_from, turned
@@ -213,7 +213,8 @@ def redirect_held(
         off_rad = held.stop.pose.slew_rad - float(held.motion.loaded.slew_rad[0])
         onward = after_a_pause(onward, turn_back_s(off_rad, site.rules.turn_s))
     motion = interrupted(held.motion, held.stop, resume_ns, onward, needed_m, rigged)
-    return Redirected(_on_path(held, path_vox, rule, time_ns), motion, held.stop, held.how)
+    lift = _on_path(held, path_vox, rule, time_ns)
+    return Redirected(lift, with_wind(site, lift, motion), held.stop, held.how)
 
 
 def _is_off_heading(lift: Lift, motion: LiftMotion, time_ns: int) -> bool:
@@ -332,7 +333,7 @@ def _redirected_in_yard(
     all_phases = (*begun, *phases_from(raised_ns, spans))
     loaded = delayed(trajectory, again_ns - motion.start_ns)
     other = replace(motion, loaded=loaded, phases=all_phases, end_ns=all_phases[-1].end_ns)
-    return Redirected(lift, other, None, held.how)
+    return Redirected(lift, with_wind(site, lift, other), None, held.how)
 
 
 def _on_path(held: Held, path_vox: NDArray[np.int32], stage: Stage, found_ns: int) -> Lift:

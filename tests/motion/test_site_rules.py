@@ -11,7 +11,8 @@ from planned_sites import PORTAL, all_planned, failures, planned, portal_crane, 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg, max_radius_m
 from bimvox.crane.tower_crane import SlowZone, WorkingRange
-from bimvox.motion.figures import capacity_used, gust_in_transit
+from bimvox.errors import MotionError
+from bimvox.motion.figures import capacity_used, plan_figures
 from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.planning.stage import place_radius_m, refused_by_crane
 from bimvox.records.lift import LiftPlan, Status
@@ -21,8 +22,9 @@ from bimvox.remarks.conditions import conditions_of
 from bimvox.remarks.remarks import remarks_of
 from bimvox.remarks.table import HIGH_UTILISATION
 from bimvox.site.component import Lifting
-from bimvox.site.lifting import hung_kg
-from bimvox.site.site import HookHeights, Rules
+from bimvox.site.lifting import hung_kg, permitted_for
+from bimvox.site.parts import sail_area_m2
+from bimvox.site.site import HookHeights, Rules, SwingRule
 
 
 @pytest.fixture(scope="module")
@@ -170,25 +172,57 @@ def test_too_much_sail_for_the_wind_is_refused_with_the_figure():
     assert refused_by_crane(replace(site, rules=replace(site.rules, wind_speed_m_s=21.0)), site.components[2])
 
 
-def test_a_gust_that_swings_a_load_further_than_it_keeps_clear_is_a_remark():
-    rules = Rules(wind_speed_m_s=8.0, transit_clearance_m=0.5)
-    plan, motions = planned(portal_site(portal_crane(), rules=rules, parts={"beam": {"sail_area_m2": 4.0}}))
-    assert all_planned(plan)
-    lifts = {lift.order: lift for lift in plan.lifts}
-    gusts = {motion.component: gust_in_transit(plan.site, lifts[motion.order], motion) for motion in motions}
-    (beam,) = [gust for gust in gusts.values() if gust.swing_m > 0.0]
-    assert beam.kept_m == 0.5 < beam.swing_m
-    assert beam.clear_m_s == pytest.approx(beam.speed_m_s * np.sqrt(0.5 / beam.swing_m))
-    for share, severity in ((0.9, Severity.MINOR), (1.1, Severity.SERIOUS)):  # of what is planned
-        windy = replace(plan, site=replace(plan.site, rules=replace(rules, wind_speed_m_s=share * beam.clear_m_s)))
-        (remark,) = [one for one in remarks_of(windy, motions) if one.kind == "gust_swing"]
+def in_gusts(**rules):
+    """Return the portal, its beam with a large sail, with these rules."""
+    rules = {"wind_speed_m_s": 8.0, "gives_way": ("wind_speed_m_s", "least_wind_m_s")} | rules
+    bare = portal_site(portal_crane())
+    sails = {part.id: {"sail_area_m2": sail_area_m2(part.mesh, tipped=part.erected)} for part in bare.components}
+    return portal_site(portal_crane(), rules=Rules(**rules), parts=sails | {"beam": {"sail_area_m2": 8.0}})
+
+
+def wind_of_the_beam(plan, motions):
+    return next(motion.wind for motion in motions if plan.site.components[motion.component].id == "beam")
+
+
+def test_a_lift_is_permitted_in_the_gust_in_which_its_load_stays_clear():
+    wide, near = (planned(in_gusts(transit_clearance_m=clear_m)) for clear_m in (2.0, 0.5))
+    assert all_planned(wide[0]) and all_planned(near[0])
+    by_sail, by_room = wind_of_the_beam(*wide), wind_of_the_beam(*near)
+    crane, beam = near[0].site.cranes[0], next(part for part in near[0].site.components if part.id == "beam")
+    assert by_sail.speed_m_s == permitted_for(near[0].site, crane, beam)
+    assert 0.5 < by_sail.swing_m < 2.0
+    assert by_room.swing_m == 0.5 and by_room.speed_m_s < by_sail.speed_m_s
+    for plan, motions in (wide, near):
+        assert not failures(plan, motions)
+        for motion in motions:
+            assert motion.wind.swing_m <= plan.site.rules.transit_clearance_m
+    assert plan_figures(*near).wind.speed_m_s == by_room.speed_m_s
+    # Where the rules ask for no wind, no clearance or no swing, it limits nothing.
+    assert wind_of_the_beam(*planned(in_gusts())).speed_m_s == by_sail.speed_m_s
+    for other in ({"wind_speed_m_s": 0.0}, {"swing": SwingRule.OFF}):
+        assert wind_of_the_beam(*planned(in_gusts(**other))) is None
+
+
+def test_less_wind_for_want_of_room_is_said_and_serious_below_the_least_of_a_lift():
+    plan, motions = planned(in_gusts(transit_clearance_m=0.5))
+    limit = wind_of_the_beam(plan, motions).speed_m_s
+    for least, severity in ((0.9, Severity.MINOR), (1.1, Severity.SERIOUS)):
+        rules = replace(plan.site.rules, wind_speed_m_s=1.2 * limit, least_wind_m_s=least * limit)
+        windy = replace(plan, site=replace(plan.site, rules=rules))
+        (remark,) = [one for one in remarks_of(windy, motions) if one.kind == "low_wind"]
         assert (remark.component, remark.severity) == ("beam", severity)
-        assert f"it stays clear up to {beam.clear_m_s:.1f} m/s" in remark.text
-    assert any("lifts that a gust swings further" in one for one in conditions_of(plan, motions))
-    # With more room, and without wind, nothing is said.
-    for other in (replace(rules, transit_clearance_m=2.0), replace(rules, wind_speed_m_s=0.0)):
-        wide = replace(plan, site=replace(plan.site, rules=other))
-        assert "gust_swing" not in {one.kind for one in remarks_of(wide, motions)}
+        assert f"up to {limit:.1f} m/s only" in remark.text
+        assert "a stronger gust swings it further than the 0.5 m that it keeps in transit" in remark.text
+        assert any("lifts wait for less wind" in one for one in conditions_of(windy, motions))
+
+
+def test_a_wind_in_the_site_file_refuses_a_load_that_swings_too_far_in_it():
+    plan, motions = planned(in_gusts(transit_clearance_m=0.5))
+    asked_m_s = 1.01 * wind_of_the_beam(plan, motions).speed_m_s
+    given = replace(plan.site, rules=replace(plan.site.rules, wind_speed_m_s=asked_m_s, gives_way=()))
+    with pytest.raises(MotionError, match=r"beam: a gust of more than .* further than the 0.5 m that it keeps"):
+        planned(given)
+    assert "gust" in failures(plan, motions, rules=given.rules)
 
 
 def test_the_governing_radius_is_named():

@@ -410,6 +410,10 @@ MUTANTS: dict[str, Mutant] = {
     "least wind of a lift ignored": Mutant(
         one_in_too_little_wind, "wind", {"bimvox.planning.stage.asked_wind_m_s": always(0.0)}
     ),
+    "gusts half as strong": Mutant(
+        one_in_too_much_wind, "gust", {"bimvox.motion.swing.wind_force_n": returning(times(0.5))}
+    ),
+    "gusts as if they came slowly": Mutant(one_in_too_much_wind, "gust", {"bimvox.motion.swing._SUDDEN": times(0.5)}),
     "raised through something": Mutant(
         raised_beneath_something, "yard", {"bimvox.planning.assembly.Assembly.who_is_at": always(())}
     ),
@@ -568,7 +572,7 @@ def digest(plan: LiftPlan, motions: tuple[LiftMotion, ...]) -> str:
     found.update(repr(plan.clashes).encode())
     for motion in motions:
         time_ns, axes = motion.samples()
-        found.update(repr(motion.phases).encode() + time_ns.tobytes() + axes.tobytes())
+        found.update(repr((motion.phases, motion.wind)).encode() + time_ns.tobytes() + axes.tobytes())
     return found.hexdigest()
 
 

@@ -75,6 +75,7 @@ from bimvox.site.crew_times import FIELD_TIMES
 from bimvox.site.default_rules import TRUCK_M, YardRules
 from bimvox.site.machine import crane_config
 from bimvox.site.means import Means
+from bimvox.site.parts import sail_area_m2
 from bimvox.site.site import Blocker, HeadingRule, Rules, Site, SwingRule
 
 Forge = Callable[[PlanLog], PlanLog]
@@ -364,6 +365,40 @@ def with_clearance(log: PlanLog, **rules) -> PlanLog:
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)
     return dataclasses.replace(careful, plan=plan, motions=tuple(time_plan(plan, preparation)))
+
+
+def in_wind(log: PlanLog, speed_m_s: float = 5.0) -> PlanLog:
+    """The honest log of the same site with a clearance of a metre in transit, in which every lift must be possible."""
+    parts = tuple(dataclasses.replace(part, sail_area_m2=sail_area_m2(part.mesh)) for part in log.plan.site.components)
+    return with_clearance(with_site(log, components=parts), wind_speed_m_s=speed_m_s)
+
+
+def a_gust_called_weaker(log: PlanLog) -> PlanLog:
+    """The log says of a load that it swings half as far in a gust as it does."""
+    windy = in_wind(log)
+    wind = windy.motions[1].wind
+    return with_motion(windy, 1, wind=dataclasses.replace(wind, swing_m=0.5 * wind.swing_m))
+
+
+def more_wind_than_its_sail_permits(log: PlanLog) -> PlanLog:
+    windy = in_wind(log)
+    return with_motion(windy, 1, wind=dataclasses.replace(windy.motions[1].wind, speed_m_s=40.0))
+
+
+def less_wind_than_is_asked_for(log: PlanLog) -> PlanLog:
+    windy = in_wind(log)
+    return with_motion(windy, 1, wind=dataclasses.replace(windy.motions[1].wind, speed_m_s=4.9))
+
+
+def no_wind_stated(log: PlanLog) -> PlanLog:
+    return with_motion(in_wind(log), 1, wind=None)
+
+
+def a_gust_beyond_the_clearance(log: PlanLog) -> PlanLog:
+    """The load is in a gust that swings it further than the log says it keeps clear of the wall."""
+    windy = in_wind(log)
+    rules = dataclasses.replace(windy.plan.site.rules, transit_clearance_m=0.01)
+    return with_site(windy, rules=rules)
 
 
 def a_path_that_dips_over_the_wall(log: PlanLog) -> PlanLog:

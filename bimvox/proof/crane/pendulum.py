@@ -135,6 +135,26 @@ def left_off_m(crane: TowerCrane, time_ns: NDArray[np.int64], samples: NDArray[n
     return left_m
 
 
+def blown_m(crane: TowerCrane, samples: NDArray[np.float64], hung: Hung, force_n: float) -> float:
+    """Return how far a force that comes at once, and stays, swings a load out at most, on the longest rope of samples.
+
+    Each of the two ways in which load and hook block swing is a pendulum of its own with a share of the force. From
+    rest it swings out to twice where it would stand still. At worst both are furthest out at the same moment.
+
+    Args:
+        crane: The crane as rigged for the load.
+        samples: (N, 3) slew (rad), radius (m) and height (m).
+        hung: The load.
+        force_n: The force, horizontal, on the load.
+    """
+    rope_m, below_m = float(_ropes_m(crane, samples, 0.0).max()), hung.below_hook_m
+    on_rope, on_slings = (hung.block_kg + hung.load_kg) / rope_m, hung.load_kg / below_m
+    pull = GRAVITY_M_S2 * np.array([[on_rope + on_slings, -on_slings], [-on_slings, on_slings]])
+    each_kg = np.sqrt([hung.block_kg, hung.load_kg])
+    squared_rates, ways = np.linalg.eigh(pull / np.outer(each_kg, each_kg))
+    return float(2.0 * (force_n * (ways[1] / each_kg[1]) ** 2 / squared_rates).sum())
+
+
 def swung_on(crane: TowerCrane, time_ns: NDArray[np.int64], samples: NDArray[np.float64], hung: Hung) -> Swung:
     """Return the swing at the samples and at times between them, at most a step apart; it begins at rest.
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import capacity_kg, utilisation
-from bimvox.motion.figures import gust_in_transit
 from bimvox.records.declared import LATER, Count, Maybe, Number, Record, Several
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.motion import LiftMotion
@@ -81,7 +80,6 @@ _LIFTING = Record(
     ("permitted_wind_m_s", Maybe(float), "Gust in which the lift is permitted; null without a crane."),
     ("rig", Maybe(dict[str, Any]), "Its gear, as in the log; null if none was chosen."),
     ("gust_swing_m", Maybe(float), "How far it swings out in that gust, in transit; null without a motion or wind."),
-    ("clear_wind_m_s", Maybe(float), "Gust in which it swings no further than the clearance that it keeps."),
 )
 _GOVERNING = Record(
     "PageGoverning",
@@ -130,7 +128,7 @@ LIFT = Record(
      lambda it: it.place and rounded(it.site.frame.corner_of(it.place.cell_vox))),
     ("start_size_m", Maybe(Point3), "Size of their box.",
      lambda it: it.place and [round(n * it.site.frame.voxel_size_m, 6) for n in it.place.shape.size_vox]),
-    ("lifting", _LIFTING, "How it hangs.", lambda it: _lifting(it.site, it.component, it.lift, it.motion)),
+    ("lifting", _LIFTING, "How it hangs.", lambda it: _lifting(it.site, it.component, it.motion)),
     ("clearance_m", Maybe(float), "Clearance of the load in transit, if it is less than the rule's.",
      "lift.clearance_m"),
     ("rope_clearance_m", Maybe(float), "The same of hook and rope.", "lift.rope_clearance_m"),
@@ -209,20 +207,19 @@ def proof_record(revision: Revision) -> dict[str, Any] | None:
     )
 
 
-def _lifting(site: Site, component: Component, lift: Lift, motion: LiftMotion | None) -> dict[str, Any]:
-    """Return lifting points, sling height, gear, the wind that the sail area permits, and the swing in it."""
-    crane, gust = site.crane_of(component), None if motion is None else gust_in_transit(site, lift, motion)
-    wind = None if crane is None else permitted_for(site, crane, component)
+def _lifting(site: Site, component: Component, motion: LiftMotion | None) -> dict[str, Any]:
+    """Return lifting points, sling height, gear, the wind in which the lift is permitted, and the swing in it."""
+    crane, wind = site.crane_of(component), None if motion is None else motion.wind
+    permitted_m_s = None if crane is None else permitted_for(site, crane, component)
     rise_m = component.lifting.sling_rise_vox * site.frame.voxel_size_m
     return _LIFTING.made(
         component.lifting.source,
         [list(point) for point in component.lifting.points_m],
         None if crane is None else round(crane.sling_m + rise_m, 6),
         component.sail_area_m2,
-        wind,
+        permitted_m_s if wind is None else wind.speed_m_s,
         None if component.lifting.rig is None else component.lifting.rig.document(),
-        None if gust is None else round(gust.swing_m, 3),
-        None if gust is None else gust.clear_m_s,
+        None if wind is None else round(wind.swing_m, 3),
     )
 
 

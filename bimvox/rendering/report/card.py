@@ -154,19 +154,13 @@ def _remarks(record: dict[str, Any], lift: dict[str, Any]) -> str:
     return paragraph("Remarks about this part:") + tag("ul", items) if own else ""
 
 
-def _lowest_wind_m_s(lifting: dict[str, Any]) -> float:
-    """Return the wind in which a lift is permitted and its load, swinging, stays clear; if it keeps any clearance."""
-    permitted_m_s: float = lifting["permitted_wind_m_s"]
-    return min(permitted_m_s, lifting["clear_wind_m_s"] or permitted_m_s)
-
-
 def _ticks(record: dict[str, Any], lift: dict[str, Any], part: Component) -> str:
     """Return what is ticked just before this lift."""
     lifting = lift["lifting"]
     lines = [
         f"Mass of {tonnes(lift['mass_kg'])} t confirmed by delivery note or weighing",
         "Gear as drawn, inspected; anchors and concrete strength released by the designer",
-        f"Wind at the jib below {_lowest_wind_m_s(lifting):.1f} m/s, and not rising",
+        f"Wind at the jib below {lifting['permitted_wind_m_s']:.1f} m/s, and not rising",
         "Place ready: levels, bearings, packs, access for those who fix it",
     ]
     lines += ["Foot bedded and held for upending; nobody where the part may fall"] * (

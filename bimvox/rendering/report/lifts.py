@@ -90,9 +90,6 @@ def _wind(lift: dict[str, Any], _: dict[str, Any]) -> str:
     speed, swing = lift["lifting"]["permitted_wind_m_s"], lift["lifting"]["gust_swing_m"]
     hangs = ", ".join(filter(None, (f"rig {lift['rig']}" if lift["rig"] else "", lift["heading"])))
     swings = "" if swing is None else "swings " + number(swing, f"{swing:.1f} m", "gust_swing_m")
-    clear = lift["lifting"]["clear_wind_m_s"]
-    if clear is not None and clear < speed:
-        swings += ", clear up to " + number(clear, f"{clear:.1f} m/s", "clear_wind_m_s")
     wind = number(speed, f"{speed:.1f} m/s", "permitted_wind_m_s")
     return "<br>".join(filter(None, (wind, swings, escape(hangs))))
 

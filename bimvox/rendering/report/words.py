@@ -52,6 +52,7 @@ CHECKS = {
     "zones": "hook and load stay outside their exclusion zones, and the hook at the height that limiters require",
     "jib": "the slewing jib meets nothing",
     "swing": "loads are at rest when set and hit nothing before, by a pendulum driven by the samples",
+    "gust": "a gust of the wind in which a lift is permitted swings the load no further than it keeps clear in transit",
     "cranes": "the cranes keep their distance at every moment, also after an emergency stop of one or all of them",
     "turns": "cranes wait for each other: no part is hooked on or set before the parts that must come before it",
     "digests": "the hashes in the log match its content",

@@ -240,11 +240,12 @@ class RulesConfig(Table):
     truckload_kg: NotNegative = _RULES.truckload_kg
     """Payload of a lorry; a heavier part comes alone. 0: as much as the yard holds."""
     wind_speed_m_s: Annotated[NotNegative, Field(le=100.0)] | None = None
-    """Gust of 3 s at jib height in which every lift must be possible; 0: no wind. Default: 9.8 with a crane, as far as
-    a part permits it."""
+    """Gust of 3 s at jib height in which every lift must be possible, and its load swing no further than it keeps clear
+    in transit; 0: no wind. Default: 9.8 with a crane, as far as a part permits it."""
     least_wind_m_s: Annotated[NotNegative, Field(le=100.0)] | None = None
     """Gust of 3 s at jib height in which every lift must be permitted at least: a lift that needs less wind is
-    infeasible. Default: 7 with a crane; such a lift is planned then, with a serious remark."""
+    infeasible. Default: 7 with a crane, less than the 8 at which the lifting of panels stops (GGR, for vacuum lifters);
+    such a lift is planned then, with a serious remark."""
     drag_coefficient: Positive = _RULES.drag_coefficient
     """Of the parts: 1.1 for a cube to 2.0 for a long plate."""
     sling_angle_deg: Annotated[Number, Field(gt=0.0, le=120.0)] = round(math.degrees(_RULES.sling_angle_rad), 12)
