@@ -20,6 +20,7 @@ TYPICAL_PARTS = 25
 _PACKING = 1.6  # rows of unequal parts, racks and the places of parts that lie turned leave much of it unused
 _MOST_AREA = 1.1  # of the construction area: full lorries find room for what they bring
 _LANE_M = 4.0  # a truck of 2.55 m, and room for a person
+_SIDES = 4  # of a box
 _PLACES = 5  # of the yard along each axis, to compare lanes
 LORRY_M = 16.5
 """Length of an articulated vehicle (Directive 96/53/EC)."""
@@ -143,8 +144,9 @@ def accesses_beside(
 ) -> list[Polygon]:
     """Return lanes along yard and construction area on which a lorry can stand, the best first.
 
-    That is the one nearest to the yard's places and to a mast. A lane is as long as the side, and at least as long as a
-    lorry; then it may reach beyond either end.
+    Those along the yard come first: from another side, parts are carried past the building or over it. Of these, and of
+    the others, the best is the one nearest to the yard's places and to a mast. A lane is as long as the side, and at
+    least as long as a lorry; then it may reach beyond either end.
 
     Args:
         yard: The yard; lanes are along the sides of its first polygon's box, and of the construction area's.
@@ -163,11 +165,12 @@ def accesses_beside(
     masts = [shapely.Point(*foot[:2]) for foot in masts_m]
     places = shapely.points(np.stack(np.meshgrid(*np.linspace(low, high, _PLACES).T), axis=-1))
 
-    def carried_m(lane: shapely.Polygon) -> float:
+    def far(number: int, lane: shapely.Polygon) -> tuple[bool, float]:
         mast_m = min((lane.distance(mast) for mast in masts), default=0.0)
-        return round(mast_m + float(shapely.distance(places, lane).mean()), 6)
+        return number >= _SIDES, round(mast_m + float(shapely.distance(places, lane).mean()), 6)
 
-    return [_polygon(lane) for lane in sorted((one for one in free if one is not None), key=carried_m)]
+    ranked = sorted((*far(number, lane), number, lane) for number, lane in enumerate(free) if lane is not None)
+    return [_polygon(lane) for *_, lane in ranked]
 
 
 def _box_of(polygon: Polygon) -> NDArray[np.float64]:

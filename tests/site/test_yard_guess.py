@@ -44,6 +44,14 @@ def test_lorries_stand_along_the_yard_where_it_is_nearest_to_its_places_and_the_
     assert lanes([(-8.0, 4.0, 0.0)])[0] == left
 
 
+def test_lorries_stand_at_the_yard_although_another_side_of_the_building_is_nearer_to_the_crane() -> None:
+    beyond = (15.0, 30.0, 0.0)
+    yard_lanes = {(0.0, -20.0, 20.0, -16.0), (-4.0, -17.0, 0.0, -0.5), (20.0, -17.0, 24.0, -0.5)}
+    assert set(lanes([beyond])[:3]) == yard_lanes
+    wall = shapely.box(-6.0, -30.0, 26.0, -1.5)
+    assert not yard_lanes & set(lanes([beyond], [wall])), "where none is free, it is another side"
+
+
 def test_lorries_may_stand_on_the_side_of_the_building_where_the_crane_is() -> None:
     assert (0.0, 13.0, 30.0, 17.0) in [(x0 + 1.0, y0, x1 - 1.0, y1) for x0, y0, x1, y1 in lanes([(15.0, 22.0, 0.0)])]
 
