@@ -392,6 +392,7 @@ class TowerCrane:
             highest tip; ``jib_length_m`` and ``min_radius_m`` are the jib's radii.
         machine: Name of the machine, if ``name`` is the site's own; empty if ``name`` is the machine's.
         overrides: What the site file changes in the machine.
+        foundation_m2: Area of the foundation of a tower crane, a square; None if nobody states it.
     """
 
     name: str
@@ -416,6 +417,7 @@ class TowerCrane:
     luffing: LuffingJib | None = None
     machine: str = field(default="", metadata=SPARSE)
     overrides: tuple[Override, ...] = field(default=(), metadata=SPARSE)
+    foundation_m2: float | None = field(default=None, metadata=SPARSE)
 
     @property
     def highest_hook_m(self) -> float:

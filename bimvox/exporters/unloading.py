@@ -144,7 +144,6 @@ def _delivery_site(log: PlanLog, config: SiteConfig, number: int, load: Sequence
             "yard": None,
             "calendar": CalendarConfig(),
             "policy": PolicyConfig(),
-            "support": (),
         }
     )
     files = {f"{name}.site.toml": site_toml(own).encode(), f"{name}.ifc": model_ifc(name, [*bodies, *standing])}

@@ -193,6 +193,7 @@ _CRANE = {
     "falls": _Range(1.0, 100.0),
     "max_wind_m_s": _Range(0.0, 100.0, with_low=False),
 }
+_FOUNDATION_M2 = _Range(0.0, 1e4, with_low=False)
 
 
 _LUFFING = {
@@ -348,6 +349,8 @@ def _check_crane(check: Check, crane: TowerCrane) -> None:
     where = f"crane {crane.name!r}"
     for key, good in _CRANE.items():
         _within(check, f"{where}: {key}", getattr(crane, key), good)
+    if crane.foundation_m2 is not None:
+        _within(check, f"{where}: foundation_m2", crane.foundation_m2, _FOUNDATION_M2)
     _finite(check, f"{where}: base_m", crane.base_m, most=_FAR_M)
     axes = {"slewing": crane.slewing, "trolley": crane.trolley, "hoist": crane.hoist}
     if (jib := crane.luffing) is not None:

@@ -146,8 +146,7 @@ def tails(subject: Subject) -> Iterator[Remark]:
     site = subject.site
     excavation = area_of(site, site.dug_m > 1e-6)
     for crane in site.cranes:
-        base = base_of(crane)
-        near = of_crane(crane, base, subject.things, STANDING_M)
+        near = of_crane(crane, subject.things, STANDING_M)
         trapping = [one for one in near if one.piece == "tail" and one.distance_m < TRAPPED_M - 1e-6]
         low = [one for one in near if one.piece == "below tail" and one.kind != "stored"]
         if trapping:
@@ -158,7 +157,7 @@ def tails(subject: Subject) -> Iterator[Remark]:
             first = min(low, key=lambda one: (one.distance_m, one.kind))
             yield table.TAIL_LOW(crane=crane.name, name=first.name, distance=metres(first.distance_m))
         if crane.kind == "mobile":
-            for one in to_areas(crane, base, {"excavation": excavation}):
+            for one in to_areas(crane, {"excavation": excavation}):
                 if one.piece == "base" and one.distance_m < EDGE_M:
                     distance, least = metres(one.distance_m), metres(EDGE_M)
                     yield table.OUTRIGGER_EDGE(crane=crane.name, distance=distance, least=least)

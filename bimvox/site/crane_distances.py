@@ -81,12 +81,12 @@ class Distance:
         }
 
 
-def base_of(crane: TowerCrane, stated_m2: float | None = None) -> Base:
-    """Return what a crane stands on; ``stated_m2``: the area of a tower crane's foundation."""
+def base_of(crane: TowerCrane) -> Base:
+    """Return what a crane stands on."""
     if crane.kind == "mobile":
         return Base(crane.mast_size_m, stated=True)
-    if stated_m2 is not None:
-        return Base(sqrt(stated_m2), stated=True)
+    if crane.foundation_m2 is not None:
+        return Base(sqrt(crane.foundation_m2), stated=True)
     return Base(FOUNDATION_MASTS * crane.mast_size_m, stated=False)
 
 
@@ -107,9 +107,9 @@ class _Piece(NamedTuple):
         return shapely.box(x - self.half_m, y - self.half_m, x + self.half_m, y + self.half_m)
 
 
-def _pieces(crane: TowerCrane, base: Base) -> tuple[_Piece, ...]:
+def _pieces(crane: TowerCrane) -> tuple[_Piece, ...]:
     """Return the pieces of a crane, its tail last; a mobile crane has no mast."""
-    own, foot_m, low_m = outline_of(crane), crane.base_m[2], tail_low_m(crane)
+    own, base, foot_m, low_m = outline_of(crane), base_of(crane), crane.base_m[2], tail_low_m(crane)
     tail = _Piece("tail", 0.0, own.tail_m, low_m, own.tail_height_m[1])
     if crane.kind == "mobile":
         return _Piece("base", base.edge_m / 2.0, 0.0, foot_m, foot_m + STANDING_M), tail
@@ -150,7 +150,7 @@ def fixed_things(site: Site) -> Iterator[Thing]:
             yield Thing(blocker.kind, blocker.name or blocker.id, None, np.stack([low, low + size_m], axis=1))
 
 
-def of_crane(crane: TowerCrane, base: Base, things: Iterable[Thing], most_m: float | None = None) -> list[Distance]:
+def of_crane(crane: TowerCrane, things: Iterable[Thing], most_m: float | None = None) -> list[Distance]:
     """Return the nearest thing of each kind to each piece of a crane, by kind, and how far it is below the tail.
 
     ``most_m``: only what is nearer counts.
@@ -158,7 +158,7 @@ def of_crane(crane: TowerCrane, base: Base, things: Iterable[Thing], most_m: flo
     by_kind: dict[str, list[Thing]] = {}
     for thing in things:
         by_kind.setdefault(thing.kind, []).append(thing)
-    pieces = _pieces(crane, base)
+    pieces = _pieces(crane)
     found = [
         nearest
         for kind, own in by_kind.items()
@@ -284,11 +284,11 @@ def to_cranes(site: Site, number: int) -> list[Distance]:
     return found
 
 
-def to_areas(crane: TowerCrane, base: Base, areas: dict[str, shapely.Geometry]) -> list[Distance]:
+def to_areas(crane: TowerCrane, areas: dict[str, shapely.Geometry]) -> list[Distance]:
     """Return how far the pieces of a crane are from areas on the ground, on plan; ``boundary`` is that of the plot."""
     found = []
     for kind, area in areas.items():
-        for piece in _pieces(crane, base):
+        for piece in _pieces(crane):
             plan = piece.plan(crane)
             edge = area.boundary if kind == "boundary" else area
             is_above = piece.name == "tail" and piece.low_m > crane.base_m[2] + STANDING_M

@@ -24,6 +24,7 @@ from bimvox.site.config.crane import (
     chart_of,
     reeving_of,
 )
+from bimvox.site.config.project import support_of
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.config.validation import in_radians
 
@@ -121,7 +122,7 @@ def cranes_of(config: SiteConfig) -> tuple[TowerCrane, ...]:
             key = f"crane[{number}]{(error.key or '').removeprefix('crane')}"
             raise config.error(key, own, available=error.available, hint=error.hint) from None
         assert crane is not None
-        cranes.append(crane)
+        cranes.append(_on_foundation(config, crane, is_first=number == 0))
     return tuple(cranes)
 
 
@@ -137,7 +138,13 @@ def crane_of(config: SiteConfig) -> TowerCrane | None:
         raise config.error("crane.min_radius_m", f"must be smaller than the jib of {crane.jib_length_m:g} m")
     if crane.luffing is None and crane.jib_height_m - crane.sling_m <= crane.base_m[2]:
         raise config.error("crane.jib_height_m", "leaves no room for the slings above the crane's foot")
-    return crane
+    return _on_foundation(config, crane, is_first=True)
+
+
+def _on_foundation(config: SiteConfig, crane: TowerCrane, *, is_first: bool) -> TowerCrane:
+    """Return a tower crane with the area of its foundation, if a ``[[support]]`` table states it."""
+    stated = support_of(config.support, crane.name, is_first=is_first)
+    return replace(crane, foundation_m2=None if stated is None or crane.kind == "mobile" else stated.mat_m2)
 
 
 def _machine(config: SiteConfig, given: CraneConfig) -> Machine | None:

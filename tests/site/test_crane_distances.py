@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 from math import hypot, sqrt
 
 import numpy as np
@@ -16,7 +17,6 @@ from bimvox.crane.outline import outline_of, tail_low_m
 from bimvox.site.crane_distances import FOUNDATION_MASTS, Thing, base_of, fixed_things, of_crane, to_areas
 
 CRANE = crane_at(base=(10.0, 10.0, 0.0), jib=30.0, height=20.0)
-BASE = base_of(CRANE)
 
 
 def thing(low, high, kind="building"):
@@ -24,7 +24,7 @@ def thing(low, high, kind="building"):
 
 
 def found(*things, crane=CRANE, most_m=None):
-    return {(one.piece, one.kind): one for one in of_crane(crane, base_of(crane), things, most_m)}
+    return {(one.piece, one.kind): one for one in of_crane(crane, things, most_m)}
 
 
 def test_the_mast_is_measured_from_its_face_and_the_foundation_from_its_edge() -> None:
@@ -82,13 +82,13 @@ def test_outriggers_and_the_low_tail_of_a_mobile_crane() -> None:
 
 def test_a_stated_area_is_the_foundation() -> None:
     assert base_of(CRANE).stated is False
-    assert base_of(CRANE, 36.0) == (6.0, True)
-    assert base_of(MOBILE_CRANES[0], 36.0).edge_m == MOBILE_CRANES[0].mast_size_m
+    assert base_of(dataclasses.replace(CRANE, foundation_m2=36.0)) == (6.0, True)
+    assert base_of(MOBILE_CRANES[0]).edge_m == MOBILE_CRANES[0].mast_size_m
 
 
 def test_cells_of_an_obstruction_count_as_boxes() -> None:
     site = box_site([], obstructions=[("truck", (14.0, 9.0, 0.0), (15.0, 11.0, 3.0))], crane=CRANE)
-    (near,) = (one for one in of_crane(CRANE, BASE, fixed_things(site)) if one.piece == "mast")
+    (near,) = (one for one in of_crane(CRANE, fixed_things(site)) if one.piece == "mast")
     assert (near.kind, near.name, near.distance_m) == ("obstruction", "truck", pytest.approx(3.2))
 
 
@@ -96,13 +96,13 @@ def test_the_boundary_of_the_plot_is_measured_from_inside() -> None:
     import shapely
 
     plot = {"boundary": shapely.box(0.0, 0.0, 40.0, 40.0)}
-    near = {one.piece: one.distance_m for one in to_areas(CRANE, BASE, plot)}
+    near = {one.piece: one.distance_m for one in to_areas(CRANE, plot)}
     assert near["mast"] == pytest.approx(10.0 - 0.8)
     assert near["tail"] == pytest.approx(10.0 - outline_of(CRANE).tail_m)
     tight = {"boundary": shapely.box(5.0, 0.0, 40.0, 40.0)}
-    assert {one.piece: one.distance_m for one in to_areas(CRANE, BASE, tight)}["tail"] < 0.0
+    assert {one.piece: one.distance_m for one in to_areas(CRANE, tight)}["tail"] < 0.0
     yard = {"yard": shapely.box(20.0, 0.0, 30.0, 10.0)}
-    assert {one.piece for one in to_areas(CRANE, BASE, yard)} == {"mast", "base"}  # the tail is far above it
+    assert {one.piece for one in to_areas(CRANE, yard)} == {"mast", "base"}  # the tail is far above it
 
 
 @settings(max_examples=60, deadline=None)

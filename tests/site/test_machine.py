@@ -10,8 +10,9 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import ConfigError
 from bimvox.site.config.crane import CraneConfig, LuffingConfig, OverrideConfig, ReevingConfig
 from bimvox.site.config.file import parse_site_config
+from bimvox.site.config.project import SupportConfig
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
-from bimvox.site.machine import crane_config, crane_of
+from bimvox.site.machine import crane_config, crane_of, cranes_of
 
 
 def site(**crane) -> SiteConfig:
@@ -218,3 +219,22 @@ def test_a_crane_with_its_own_name_must_name_its_machine_too(name, key):
         crane_of(config)
     wanted = {"machine": "flat-top-75", "name": "hammerhead-30"}[key]
     assert str(caught.value.hint).startswith(f'{key} = "{wanted}"')
+
+
+def test_the_stated_foundation_of_a_tower_crane_is_part_of_it():
+    first, second = (
+        crane_config(replace(default_crane("hammerhead-45", (x, 0.0, 0.0)), name=f"crane {x:g}")) for x in (0.0, 99.0)
+    )
+    mobile = crane_config(MOBILE_CRANES[0])
+    unnamed, named = SupportConfig(mat_m2=25.0), SupportConfig(crane="crane 99", mat_m2=36.0)
+
+    def stated(cranes, support):
+        config = SiteConfig(model=ModelConfig(path="a.ifc"), crane=cranes, support=support)
+        return [crane.foundation_m2 for crane in cranes_of(config)]
+
+    assert stated(first, ()) == [None]
+    assert stated(first, (unnamed,)) == [25.0]
+    assert stated(mobile, (unnamed,)) == [None], "the mat of an outrigger"
+    assert stated((first, second), (unnamed,)) == [25.0, None]
+    assert stated((first, second), (unnamed, named)) == [25.0, 36.0]
+    assert stated((first, second), (named,)) == [None, 36.0]

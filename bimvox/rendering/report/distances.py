@@ -7,18 +7,15 @@ from typing import Any
 import shapely
 
 from bimvox.crane.outline import outline_of, tail_low_m
-from bimvox.crane.tower_crane import TowerCrane
 from bimvox.remarks.subject import Subject
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.html import number, paragraph, row, table
 from bimvox.rendering.report.words import fixed
 from bimvox.rendering.words import escape
 from bimvox.site.areas import area_of, rounded
-from bimvox.site.config.project import SupportConfig
 from bimvox.site.crane_distances import (
     STANDING_M,
     TRAPPED_M,
-    Base,
     base_of,
     of_crane,
     to_areas,
@@ -40,18 +37,6 @@ _KINDS = {
 _PIECES = ("mast", "base", "tail", "below tail")
 
 
-def bases_of(revision: Revision) -> list[Base]:
-    """Return what each crane stands on: by the site file in the log, otherwise assumed."""
-    given = revision.config.support if revision.config else ()
-    return [base_stated(crane, given, first=n == 0) for n, crane in enumerate(revision.plan.site.cranes)]
-
-
-def base_stated(crane: TowerCrane, given: tuple[SupportConfig, ...], *, first: bool) -> Base:
-    """Return what a crane stands on, by the ``[[support]]`` tables of a site file."""
-    own = next((one for one in given if one.crane == crane.name or (one.crane is None and first)), None)
-    return base_of(crane, None if own is None else own.mat_m2)
-
-
 def distances_of(revision: Revision) -> list[dict[str, Any]]:
     """Return the clear distances of each crane.
 
@@ -71,11 +56,11 @@ def distances_of(revision: Revision) -> list[dict[str, Any]]:
     if revision.config is not None and revision.config.areas.plot is not None:
         areas["boundary"] = shapely.Polygon(revision.config.areas.plot)
     result = []
-    for n, (crane, base) in enumerate(zip(site.cranes, bases_of(revision), strict=True)):
-        own = outline_of(crane)
+    for n, crane in enumerate(site.cranes):
+        base, own = base_of(crane), outline_of(crane)
         is_high = tail_low_m(crane) > crane.base_m[2] + STANDING_M
         things = [one for one in subject.things if not (is_high and one.kind == "stored")]
-        found = [*of_crane(crane, base, things), *to_areas(crane, base, areas), *to_cranes(site, n)]
+        found = [*of_crane(crane, things), *to_areas(crane, areas), *to_cranes(site, n)]
         rooms = (
             way_in(site, crane, finished=done)
             if crane.kind == "mobile"

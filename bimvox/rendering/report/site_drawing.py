@@ -15,11 +15,10 @@ from bimvox.bim.building import Building, Element, Role, TriangleMesh
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.rendering.report.distances import base_stated
 from bimvox.rendering.report.plan_view import ZONES
 from bimvox.site.areas import FRONT, PLAN, SIDE, hull, outline, rounded, union
 from bimvox.site.config.site_config import SiteConfig
-from bimvox.site.crane_distances import FOUNDATION_DEEP_M, Base
+from bimvox.site.crane_distances import FOUNDATION_DEEP_M, base_of
 from bimvox.site.ground import WORKING_SPACE_M
 from bimvox.site.guess import ground_why, lifted_of
 from bimvox.site.machine import cranes_of
@@ -58,7 +57,6 @@ def drawing_of_site(config: SiteConfig, building: Building) -> dict[str, Any]:
     storeys, outlines = storeys_of(parts, (PLAN,)), {one.id: outline(hull(one.mesh, PLAN)) for one in parts}
     areas = _areas(config) | {"excavation": _excavation(parts)}
     whole, lifted = union(hull(one.mesh, PLAN) for one in parts), lifted_of(config, placed)
-    bases = [base_stated(crane, config.support, first=n == 0) for n, crane in enumerate(cranes)]
     to_map = ifc_to_map(building.georeference, building.source.unit)
     return {
         "extent_m": _extent_m(config, placed, cranes),
@@ -75,10 +73,10 @@ def drawing_of_site(config: SiteConfig, building: Building) -> dict[str, Any]:
         "zones": [_named(zone.name, zone.polygon) for zone in config.zone if zone.name],
         "stored": [],
         "frames": [],
-        "cranes": [crane_values(crane, base, storeys) for crane, base in zip(cranes, bases, strict=True)],
+        "cranes": [crane_values(crane, storeys) for crane in cranes],
         "below_loads": [],
         "falling_loads": [],
-        "distances_m": [*distances(cranes, bases, whole, areas["yard"]), *_sides(whole)],
+        "distances_m": [*distances(cranes, whole, areas["yard"]), *_sides(whole)],
     }
 
 
@@ -210,9 +208,9 @@ def outlines_of(meshes: Sequence[TriangleMesh], views: Sequence[_Axes] = (PLAN, 
     return {_NAMES[axes]: outline(union(hull(mesh, axes) for mesh in meshes)) for axes in views}
 
 
-def crane_values(crane: TowerCrane, base: Base, storeys: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def crane_values(crane: TowerCrane, storeys: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return a crane's place, sizes, what it stands on, and capacities at round radii (metres and kilograms)."""
-    own, top_m = outline_of(crane), max((one["high_m"] for one in storeys), default=None)
+    own, base, top_m = outline_of(crane), base_of(crane), max((one["high_m"] for one in storeys), default=None)
     low, high = crane.min_radius_m, crane.jib_length_m
     step = next((step for step in _STEPS_M if (high - low) / step <= _RINGS), _STEPS_M[-1])
     radii = [low, *(n * step for n in range(1, int(high / step) + 1) if low + step / 2 < n * step < high - step / 3)]
@@ -221,7 +219,7 @@ def crane_values(crane: TowerCrane, base: Base, storeys: Sequence[Mapping[str, A
         "name": crane.name,
         "base_m": list(crane.base_m),
         "mast_m": crane.mast_size_m,
-        "base": {"words": base_in_words(crane, base), "plan": outline(_square(crane, base.edge_m))}
+        "base": {"words": base_in_words(crane), "plan": outline(_square(crane, base.edge_m))}
         | {"deep_m": 0.0 if crane.kind == "mobile" else FOUNDATION_DEEP_M},
         "jib_m": [own.jib_end_m, *own.jib_m],
         "tail_m": own.tail_m,
@@ -233,11 +231,11 @@ def crane_values(crane: TowerCrane, base: Base, storeys: Sequence[Mapping[str, A
     }
 
 
-def base_in_words(crane: TowerCrane, base: Base) -> str:
+def base_in_words(crane: TowerCrane) -> str:
     """Return what a crane stands on, in words."""
     if crane.kind == "mobile":
         return "outriggers"
-    return "foundation" if base.stated else "foundation, assumed"
+    return "foundation" if base_of(crane).stated else "foundation, assumed"
 
 
 def _square(crane: TowerCrane, edge_m: float) -> BaseGeometry:
@@ -245,16 +243,11 @@ def _square(crane: TowerCrane, edge_m: float) -> BaseGeometry:
     return shapely.box(x - edge_m / 2.0, y - edge_m / 2.0, x + edge_m / 2.0, y + edge_m / 2.0)
 
 
-def distances(
-    cranes: Sequence[TowerCrane], bases: Sequence[Base], building: BaseGeometry, yard: BaseGeometry
-) -> list[dict[str, Any]]:
+def distances(cranes: Sequence[TowerCrane], building: BaseGeometry, yard: BaseGeometry) -> list[dict[str, Any]]:
     """Return the shortest distances on plan between masts (or outriggers), building and yard, with their ends."""
-    masts = [
-        (f"{crane.name}, outriggers", _square(crane, base.edge_m))
-        if crane.kind == "mobile"
-        else (f"{crane.name}, mast's face", _square(crane, crane.mast_size_m))
-        for crane, base in zip(cranes, bases, strict=True)
-    ]
+    faces = ["outriggers" if crane.kind == "mobile" else "mast's face" for crane in cranes]
+    squares = [_square(crane, crane.mast_size_m) for crane in cranes]
+    masts = [(f"{crane.name}, {face}", square) for crane, face, square in zip(cranes, faces, squares, strict=True)]
     pairs = [(f"{name} to building", mast, building) for name, mast in masts]
     pairs += [(f"{name} to yard", mast, yard) for name, mast in masts]
     pairs.append(("building to yard", building, yard))

@@ -19,7 +19,6 @@ from bimvox.proof.storage import frames_of
 from bimvox.records.lift import Status
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.page.source import Revision
-from bimvox.rendering.report.distances import bases_of
 from bimvox.rendering.report.site_drawing import crane_values, distances, north_of, outlines_of, storeys_of, survey_grid
 from bimvox.site.areas import PLAN, area_of, hull, outline, rounded, union
 from bimvox.site.component import Component
@@ -45,7 +44,7 @@ def drawing_of(revision: Revision) -> dict[str, Any]:
     building = union(hull(component.mesh, PLAN) for component in site.components)
     yard, storeys = area_of(site, site.yard), storeys_of(site.components)
     areas, (below, falling) = _areas(site, yard), _hanging(revision)
-    bases, stated = bases_of(revision), revision.metadata.get(GEOREFERENCE, "")
+    stated = revision.metadata.get(GEOREFERENCE, "")
     given = georeference_of(stated)
     return {
         "extent_m": [rounded(low), rounded(high)],
@@ -57,11 +56,11 @@ def drawing_of(revision: Revision) -> dict[str, Any]:
         "storeys": storeys,
         "stored": _stored(revision),
         "frames": _frames(revision),
-        "cranes": [crane_values(crane, base, storeys) for crane, base in zip(site.cranes, bases, strict=True)],
+        "cranes": [crane_values(crane, storeys) for crane in site.cranes],
         "below_loads": outline(below),
         "falling_loads": outline(falling),
         "areas_m2": _sizes(site, areas, below, falling),
-        "distances_m": distances(site.cranes, bases, building, yard),
+        "distances_m": distances(site.cranes, building, yard),
     }
 
 

@@ -25,7 +25,7 @@ from bimvox.rendering.report.html import number, paragraph, row, section, table,
 from bimvox.rendering.report.site_plan import GEOREFERENCE, georeference_of
 from bimvox.rendering.report.words import fixed
 from bimvox.rendering.words import escape
-from bimvox.site.config.project import SupportConfig
+from bimvox.site.config.project import SupportConfig, support_of
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
 from bimvox.site.lifting import hung_kg
 from bimvox.site.map_frame import map_of_model, set_out
@@ -54,7 +54,7 @@ def supports_of(revision: Revision) -> list[dict[str, Any]]:
         radius_m = {m.order: float(max(m.raising.radius_m.max(), m.loaded.radius_m.max())) for m in own}
         worst = max(hung, key=lambda order: (hung[order] * radius_m[order], -order))
         inertia_kg_m2 = max(hung[order] * radius_m[order] ** 2 for order in hung)
-        stated = next((one for one in given if one.crane == crane.name or (one.crane is None and index == 0)), None)
+        stated = support_of(given, crane.name, is_first=index == 0)
         loads = {
             "crane": crane.name,
             "kind": crane.kind,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated
 
 from pydantic import Field
@@ -82,7 +83,10 @@ Mass = Annotated[Positive, Field(le=1e7)]
 
 
 class SupportConfig(Table):
-    """What the maker states of a crane as it stands, and its mats; only for `bimvox report`, which invents none."""
+    """What the maker states of a crane as it stands, and its mats, for `bimvox report`, which invents none.
+
+    The foundation of a tower crane is part of the plan: distances, drawings and remarks are measured from it.
+    """
 
     crane: Text | None = None
     """Name of the crane. Default: the first."""
@@ -96,3 +100,8 @@ class SupportConfig(Table):
     """Area of the mat under an outrigger, or of the foundation under a tower crane, which is drawn as a square."""
     permitted_kpa: Annotated[Positive, Field(le=1e6)] | None = None
     """Permitted pressure on the ground."""
+
+
+def support_of(given: Sequence[SupportConfig], crane: str, *, is_first: bool) -> SupportConfig | None:
+    """Return what is stated of a crane; a table without a name is about the first one."""
+    return next((one for one in given if one.crane == crane or (one.crane is None and is_first)), None)

@@ -16,19 +16,20 @@ SITE = """
 path = "tiny.ifc"
 [areas]
 plot = [[-30, -30], [30, -30], [30, 30], [-30, 30]]
-[[support]]
-mat_m2 = 9.0
 """
 
 
-def report_of(site_file: str) -> ReadReport:
-    log = dataclasses.replace(tiny_log(crane=True), attachments={"site.toml": site_file.encode()})
+def report_of(site_file: str, foundation_m2: float | None = None) -> ReadReport:
+    log = tiny_log(crane=True)
+    cranes = tuple(dataclasses.replace(crane, foundation_m2=foundation_m2) for crane in log.plan.site.cranes)
+    plan = dataclasses.replace(log.plan, site=dataclasses.replace(log.plan.site, cranes=cranes))
+    log = dataclasses.replace(log, plan=plan, attachments={"site.toml": site_file.encode()})
     revision = dataclasses.replace(revision_of(log), config=config_in(log))
     return ReadReport(report_page(record_of(revision), log.plan.site.cranes))
 
 
 def test_clear_distances_of_the_crane_are_in_the_record_and_in_a_table() -> None:
-    read = report_of(SITE)
+    read = report_of(SITE, 9.0)
     (around,) = read.record["distances"]
     (crane,) = tiny_log(crane=True).plan.site.cranes
     assert around["base"] == {"edge_m": 3.0, "stated": True}
