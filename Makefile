@@ -24,7 +24,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-slow test-all test-page test-fleet check lint types contracts samples bench bench-real-files bench-motion check-log bench-voxelize bench-environment bench-render \
-	bench-planning bench-yard bench-watch bench-scale bench-studio bench-many-lifts bench-generalist bench-generalist-seeds bench-decision bench-live bench-cold bench-frozen train-generalist soak-watch soak-files \
+	bench-planning bench-yard bench-class-rates bench-watch bench-scale bench-studio bench-many-lifts bench-generalist bench-generalist-seeds bench-decision bench-live bench-cold bench-frozen train-generalist soak-watch soak-files \
 	picture site constraints audit advisories wheel release clean
 
 help: ## this list
@@ -126,6 +126,9 @@ bench-planning: setup ## what the chosen order and yard save, and the share of t
 
 bench-yard: setup ## what smaller truckloads save: docs/data/measured.txt
 	$(BIN)/python -m benchmarks.yard $(ARGS)
+
+bench-class-rates: setup ## minutes a part by class of work, next to published rates: docs/formats.md
+	$(BIN)/python -m benchmarks.class_rates
 
 bench-watch: setup ## from a changed obstruction file to the new plan on disk: docs/watching.md
 	$(BIN)/python -m benchmarks.watch $(ARGS)
