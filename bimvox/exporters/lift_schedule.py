@@ -66,7 +66,7 @@ class LiftTask:
         work_s: Working time of a step, nights and breaks left out; None if it is all of its time.
         storey: Name of the part's storey, if any.
         kind: Class of the part, for example ``wall``.
-        crew: The people who do it; None if the site file does not say how many they are.
+        crew: The people who do it; None if nobody says how many they are.
     """
 
     number: int
@@ -215,7 +215,7 @@ def _preparations(log: PlanLog, orders: Collection[int], dates: PlanDates) -> tu
         begin_ns, end_ns = dates.setup
         work_s = dates.calendar.setup_h * 3600.0
         found.append(Preparation("Set up the crane", begin_ns / 1e9, end_ns / 1e9, work_s, lifts[0].number))
-    crew = unloading_crew(dates.calendar)
+    crew = unloading_crew(dates.calendar) or next(iter(erection_crews(log.plan.site, dates.calendar)), None)
     for number, (begin_ns, end_ns) in sorted(dates.deliveries.items()):
         own = [lift for lift in lifts if lift.place is not None and lift.place.delivery == number]
         if not own:

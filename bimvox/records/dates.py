@@ -61,12 +61,9 @@ class _CrewHours:
 
 
 def erection_crews(site: Site, calendar: CalendarConfig) -> tuple[Crew, ...]:
-    """Return the crew of each crane; none if the site file does not say how many people it has."""
-    people = calendar.erection_people
-    if people is None:
-        return ()
+    """Return the crew of each crane."""
     names = ["Erection crew"] if not site.has_several_cranes else [f"Erection crew, {one.name}" for one in site.cranes]
-    return tuple(Crew(name, float(people)) for name in names)
+    return tuple(Crew(name, float(calendar.erection_people)) for name in names)
 
 
 def unloading_crew(calendar: CalendarConfig) -> Crew | None:
@@ -90,6 +87,8 @@ def crew_hours(
 ) -> tuple[_CrewHours, ...]:
     """Return the time of each crew of known size that has work.
 
+    Where nobody else is stated, the first erection crew unloads.
+
     ``lifts``: component, start and release of each lift, by order, in nanoseconds of calendar time; ``cast`` and
     ``deliveries``: begin and end of the work at each part that is cast in place, and of the unloading of each
     delivery.
@@ -97,13 +96,15 @@ def crew_hours(
     of_crane: dict[int, list[_Span]] = {}
     for component, span in lifts.values():
         of_crane.setdefault(site.components[component].crane, []).append(span)
-    found = [
-        # A lift is not interrupted: one that is longer than a shift is worked beyond it.
-        _hours(crew, of_crane[number], sum(end_ns - start_ns for start_ns, end_ns in of_crane[number]), work)
-        for number, crew in enumerate(erection_crews(site, calendar))
-        if number in of_crane
-    ]
-    for other, spans in ((unloading_crew(calendar), deliveries), (casting_crew(site), cast)):
+    unloading, found = unloading_crew(calendar), []
+    for number, crew in enumerate(erection_crews(site, calendar)):
+        if number in of_crane:
+            # A lift is not interrupted: one that is longer than a shift is worked beyond it.
+            lifted_ns = sum(end_ns - start_ns for start_ns, end_ns in of_crane[number])
+            unloads = deliveries if unloading is None and number == min(of_crane) else ()
+            unloaded_ns = sum(work.between(*span) for span in unloads)
+            found.append(_hours(crew, [*of_crane[number], *unloads], lifted_ns + unloaded_ns, work))
+    for other, spans in ((unloading, deliveries), (casting_crew(site), cast)):
         if other is not None and spans:
             found.append(_hours(other, spans, sum(work.between(*span) for span in spans), work))
     return tuple(found)

@@ -326,5 +326,13 @@ def test_each_crane_has_its_crew_and_others_work_through_breaks_not_in_them():
     }
 
 
+def test_the_first_erection_crew_unloads_if_nobody_else_is_stated():
+    lifts = [(0, (HOUR, 2 * HOUR)), (1, (2 * HOUR, 3 * HOUR))]
+    found = hours(site_of("west", "east"), lifts, deliveries=[(0, HOUR), (4 * HOUR, 6 * HOUR)])
+    assert [(one.crew.name, one.works_ns, one.idle_ns) for one in found] == [
+        ("Erection crew, west", 3 * HOUR, 2 * HOUR), ("Erection crew, east", HOUR, 0)
+    ]  # fmt: skip
+
+
 def test_a_crew_without_work_has_no_line():
     assert hours(site_of("only"), [], erection_people=4, unloading_people=2) == ()

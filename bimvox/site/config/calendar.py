@@ -73,8 +73,9 @@ class UncertaintyConfig(Table):
 # Equipment News, July 2018), the same again to dismantle: 4 * 32 h * 30 + 32 h * 225, about 11,000. All else is
 # assumed; the hire of a tower crane is between 3,000 and 15,000 USD a month (fmyly.com, "How much to hire a tower").
 
-CREW = 4
-"""People who are paid while the crane works, its operator included; assumed if the calendar states no erection crew."""
+ERECTION_PEOPLE = 3
+"""A crane's erection crew, if the calendar does not say: a slinger in the yard and two people at the place, of whom one
+signals (professional judgement)."""
 
 Period = Literal["day", "week", "month"]
 Least = Annotated[Whole, Field(ge=1, le=1000)]
@@ -132,7 +133,7 @@ class CostsConfig(Table):
     mobile_set_up: NotNegative = 1500.0
     """Its way to and from the site, with counterweight and mats; assumed."""
     person_hour: NotNegative = 30.0
-    """One person of the crew for an hour. The crew: ``calendar.erection_people`` and the operator, or four people."""
+    """One person of the crew for an hour. The crew: ``calendar.erection_people`` and the operator."""
     set_up: NotNegative = 11_000.0
     """Erecting and dismantling a tower crane."""
     set_up_per_tm: NotNegative = 40.0
@@ -204,10 +205,10 @@ class CalendarConfig(Table):
     delivery_days: Annotated[Whole, Field(ge=0, le=60)] = 0
     """Working days that a delivery comes before the day of its first lift. In any case the yard must be free: all parts
     of the delivery before are set."""
-    erection_people: People | None = None
-    """People of a crane's erection crew, slinger and signaller included. Default: not stated."""
+    erection_people: People = ERECTION_PEOPLE
+    """People of a crane's erection crew, slinger and signaller included, for whom the crew's times hold; assumed."""
     unloading_people: People | None = None
-    """People who unload a delivery. Default: not stated."""
+    """People who unload a delivery. Default: the erection crew unloads."""
     weather_days: Annotated[tuple[WeatherDays, ...], Field(min_length=12, max_length=12)] | None = Field(
         default=None, examples=[USUAL_WEATHER_DAYS]
     )
@@ -268,7 +269,7 @@ class CalendarConfig(Table):
         unloading_min = (USUAL_UNLOADING_S if self.unloading_s is None else self.unloading_s) / 60.0
         breaks = self.breaks if self.breaks is not None else self.hours.within_shifts(DEFAULT_BREAKS)
         public = "no public holidays" if self.country is None else f"public holidays of {self.country}"
-        week = ", ".join(self.days)
+        week, given = ", ".join(self.days), self.model_fields_set
         parts = [
             f"{'Mon to Fri' if week == 'Mon, Tue, Wed, Thu, Fri' else week} {' and '.join(self.shifts)}",
             f"breaks {' and '.join(breaks)}" if breaks else "no breaks",
@@ -277,7 +278,7 @@ class CalendarConfig(Table):
             self._weather_in_words(),
             f"set-up of the crane {self.setup_h:g} h",
             "unloading by the crane" if by_crane else f"unloading of a lorry {unloading_min:g} min",
-            *([f"erection crew of {self.erection_people}"] if self.erection_people else []),
+            f"erection crew of {self.erection_people}" + ("" if "erection_people" in given else " (assumed)"),
             *([f"unloading crew of {self.unloading_people}"] if self.unloading_people else []),
         ]
         return ", ".join(parts)
@@ -356,8 +357,7 @@ def rates_of(costs: CostsConfig, calendar: CalendarConfig, name: str, kind: str,
         kind: ``hammerhead``, ``luffing`` or ``mobile``.
         load_moment_tm: Its size.
     """
-    people = CREW if calendar.erection_people is None else calendar.erection_people + 1
-    crew = people * costs.person_hour
+    crew = (calendar.erection_people + 1) * costs.person_hour
     hours: dict[Period, float] = {
         "day": day_h(calendar),
         "week": len(calendar.hours.days) * day_h(calendar),

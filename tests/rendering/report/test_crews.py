@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import pytest
 from log_building import tiny_log
 from opened_pages import revision_of
 
@@ -30,6 +31,12 @@ def test_each_crew_has_a_row_and_all_have_a_sum():
     assert f'value="{listed[0]["man_hours"]!r}" data-key="man_hours"' in shown
 
 
-def test_without_their_size_there_is_no_table():
-    assert "crews" not in record_with(b"")["totals"]["calendar"]
-    assert crews(record_with(b"")) == ""
+def test_without_a_stated_size_it_is_assumed_and_one_crew_lifts_and_unloads():
+    record = record_with(b"")
+    (crew,) = record["totals"]["calendar"]["crews"]
+    assert (crew["crew"], crew["people"]) == ("Erection crew", 3.0)
+    other = record_with(b"unloading_people = 2\n")["totals"]["calendar"]["crews"][0]
+    unloading_h = record["totals"]["calendar"]["unloading"]["seconds"] / 3600.0
+    assert crew["works_h"] == pytest.approx(other["works_h"] + unloading_h, abs=1e-3)
+    assert any("erection crew of 3 (assumed)" in note for note in record["totals"]["calendar"]["notes"])
+    assert "All crews" not in crews(record)

@@ -47,6 +47,7 @@ def test_the_default_says_what_it_is() -> None:
     assert calendar.in_words() == (
         "Mon to Fri 07:00-16:00, breaks 09:00-09:15 and 12:00-12:45, no public holidays, "
         "wind takes 15.5 working days a year (assumed), set-up of the crane 0 h, "
-        "unloading of a lorry 30 min"
+        "unloading of a lorry 30 min, erection crew of 3 (assumed)"
     )
+    assert read("erection_people = 3").calendar.in_words().endswith("erection crew of 3")
     assert read('shifts = ["13:00-17:00"]').calendar.hours.spans == ((780, 1020),)
