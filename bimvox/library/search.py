@@ -153,6 +153,8 @@ class _Searched:
             stage = self._assembly.begin(lift.component, kept)
             more = f"it keeps {_written(self._site, lift.kept)}, but a path keeps {_written(self._site, kept)}"
             self._look_at_other(lift, stage, more, with_jib=turns)
+        if lift.kept[2:] != ALL_KEPT[2:]:
+            self._look_near_rest(lift)
         if lift.guide is None and not (turns and not lift.with_jib):
             return
         stage = self._assembly.begin(lift.component, lift.kept)
@@ -161,6 +163,14 @@ class _Searched:
         if turns and not lift.with_jib and isinstance(stage, Stage):
             turning = turning_stage(self._site, stage)
             self._look_at_other(lift, turning, "it keeps its heading, but there is room to turn with the jib")
+
+    def _look_near_rest(self, lift: Lift) -> None:
+        """Check that a lift keeps as much as it can while its part is upended, turned, picked and set."""
+        stage, rules = self._assembly.begin(lift.component, lift.kept), self._site.rules
+        for rule in CLEARANCES[2:]:
+            kept_m, could_m = (rules.kept_m(rule, kept) for kept in (lift.kept, getattr(stage, "kept", lift.kept)))
+            more = f"it keeps {kept_m:g} m of {rule}, but could keep {could_m:g} m"
+            self._look_at_other(lift, stage if could_m > kept_m else None, more)
 
     def _next_larger(self, kept: Kept) -> Iterator[Kept]:
         """Yield the next larger clearances, in whole cells: of the load whatever the rope's, and of the rope."""
@@ -314,7 +324,7 @@ class _Searched:
 
 def _written(site: Site, kept: Kept) -> str:
     """Return clearances as a message shows them."""
-    load_m, rope_m = (site.rules.kept_m(rule, kept) for rule in CLEARANCES)
+    load_m, rope_m = (site.rules.kept_m(rule, kept) for rule in CLEARANCES[:2])
     return f"{load_m:g} m around its load and {rope_m:g} m around hook and rope"
 
 

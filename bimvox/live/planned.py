@@ -32,6 +32,7 @@ from bimvox.planning.preparation import Preparation
 from bimvox.proof.footprint import CellMask, Footprint, MotionFootprint, motion_footprint, path_footprint
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.site.collision import CLEARANCES
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.default_rules import NOTHING_KEPT
 from bimvox.site.lifting import crane_for
@@ -97,8 +98,8 @@ def _earlier_lifts(
     the plan.
     """
     graph = order_graph(site, preparation.relations, preparation.contacts)
-    transit_m, rope_m = (site.rules.kept_m(name, NOTHING_KEPT) for name in ("transit_clearance_m", "rope_clearance_m"))
-    site = replace(site, rules=replace(site.rules, transit_clearance_m=transit_m, rope_clearance_m=rope_m))
+    kept_m = {rule: site.rules.kept_m(rule, NOTHING_KEPT) for rule in CLEARANCES}
+    site = replace(site, rules=replace(site.rules, **kept_m))  # type: ignore[arg-type]
     swept = [[footprint for way in ways for footprint in _swept(site, way)] for ways in lifts]
     planned = [ways[0].lift for ways in lifts]
     lying = [_lying(site, lift) for lift in planned]

@@ -8,17 +8,26 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.planning.insertion import Insertion, NoInsertion, PartToInsert, find_insertion
+from bimvox.planning.beside import Apart, column_of, departing, turning, upending
+from bimvox.planning.insertion import (
+    SIDEWAYS_VOX,
+    Insertion,
+    NoInsertion,
+    PartToInsert,
+    find_insertion,
+    find_wider,
+)
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.stage import Obstacle, Stage, carried_where, refused_by_crane, share_for, with_cleared
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.site.collision import (
-    CLEARANCES,
     CollisionSpace,
     boxes_are_free,
+    clearance_vox,
     grown_cells,
     hook_is_free,
+    levels_vox,
     margin_vox,
     placement_is_free,
     smaller_clearances,
@@ -202,6 +211,10 @@ class Assembly:
         self, component: Component, place: YardPlace, kept: Kept, avoided: tuple[Insertion, ...]
     ) -> Stage | Obstacle:
         space = self._free(component, place)
+        apart = self._kept_in_yard(component, place, kept)
+        if isinstance(apart, Obstacle):
+            return apart
+        kept = apart
         swept = place.raising_size_vox(component)
         box = np.argwhere(np.ones(swept, np.bool_)) + np.array(place.cell_vox)
         in_the_way = self.who_is_at(box.astype(np.int32)) if swept[2] else ()
@@ -218,11 +231,37 @@ class Assembly:
         transit = self._occupancy.transit(component, space, kept)
         departure, is_out = _departure(space, transit, start)
         if not is_out:
-            return self._too_near(component, departure, kept)
-        insertion = self._insertion(component, space, transit, avoided)
-        if isinstance(insertion, Obstacle):
-            return insertion
+            return self._too_near(component, departure, transit, kept)
+        leaving = departing(self._site, self._occupancy.counts, component, place, departure)
+        kept_so_far = self._keeping(kept, "departure_clearance_m", leaving, "straight up from its place in the yard")
+        if isinstance(kept_so_far, Obstacle):
+            return kept_so_far
+        found = self._insertion(component, space, transit, kept_so_far, avoided)
+        if isinstance(found, Obstacle):
+            return found
+        insertion, kept = found
         return Stage(component, place, with_cleared(transit, departure), start, insertion, space, kept)
+
+    def _kept_in_yard(self, component: Component, place: YardPlace, kept: Kept) -> Kept | Obstacle:
+        """Return what a part keeps too while it is upended and turned, or why it keeps too little."""
+        site, counts = self._site, self._occupancy.counts
+        upended = self._keeping(
+            kept, "upending_clearance_m", upending(site, counts, component, place), "upended in the yard"
+        )
+        if isinstance(upended, Obstacle):
+            return upended
+        turned = turning(site, counts, component, place)
+        return self._keeping(upended, "turning_clearance_m", turned, "turned above its place in the yard")
+
+    def _keeping(self, kept: Kept, rule: str, apart: Apart, where: str) -> Kept | Obstacle:
+        """Return what a lift keeps with one more clearance as measured; if that does not give way, what is too near."""
+        if apart.kept_vox >= clearance_vox(self._site, rule):
+            return kept._replace(**{rule: None})
+        if rule in self._site.rules.gives_way:
+            return kept._replace(**{rule: apart.kept_vox * self.voxel_size_m})
+        who = tuple(name for name in self.who_is_at(apart.near) if name != GROUND_ID)
+        said = f"{where} it keeps less than {getattr(self._site.rules, rule):g} m ([rules] {rule})"
+        return Obstacle(said, who, on_the_way=rule in ("departure_clearance_m", "approach_clearance_m"))
 
     def on_the_way(
         self, index: int, last_vox: NDArray[np.int32], kept: Kept = ALL_KEPT
@@ -239,9 +278,9 @@ class Assembly:
         assert place is not None
         space = self._free(component, place)
         transit = self._occupancy.transit(component, space, kept)
-        insertion = self._insertion(component, space, transit)
-        blocked = insertion if isinstance(insertion, Obstacle) else None
-        last = Insertion(last_vox) if isinstance(insertion, Obstacle) else insertion
+        found = self._insertion(component, space, transit, kept)
+        blocked = found if isinstance(found, Obstacle) else None
+        last, kept = (Insertion(last_vox), kept) if isinstance(found, Obstacle) else found
         rule = (
             with_cleared(transit, _departure(space, transit, place.transit_start_vox)[0])
             if transit is not space
@@ -259,12 +298,40 @@ class Assembly:
         component: Component,
         space: CollisionSpace,
         transit: CollisionSpace,
+        kept: Kept,
         avoided: tuple[Insertion, ...] = (),
-    ) -> Insertion | Obstacle:
-        contacts, counts = self._preparation.contacts, self._occupancy.counts
-        part = PartToInsert(self._site, contacts, counts, component, self._in_place, space, transit, avoided=avoided)
+    ) -> tuple[Insertion, Kept] | Obstacle:
+        """Return the last moves of a part, and what it keeps on them too; or why there are none.
+
+        If the shortest moves come too near to what is beside them, those that keep more are searched for.
+        """
+        contacts, counts, site, rule = (
+            self._preparation.contacts,
+            self._occupancy.counts,
+            self._site,
+            "approach_clearance_m",
+        )
+        part = PartToInsert(site, contacts, counts, component, self._in_place, space, transit, avoided=avoided)
         found = find_insertion(part)
-        return self._blocked_target(found) if isinstance(found, NoInsertion) else found
+        if isinstance(found, NoInsertion):
+            return self._blocked_target(found)
+        asked_vox, boxes = clearance_vox(site, rule), component.shape.boxes
+        if not asked_vox or found.enclosed:
+            return found, kept._replace(approach_clearance_m=None)
+        beside = column_of(site, counts, target_cells(component), asked_vox, SIDEWAYS_VOX)
+        apart_vox = beside.kept_vox(boxes, found.path_vox)
+        for level_vox in levels_vox(site, rule):
+            if level_vox <= apart_vox:
+                break
+            wider = find_wider(part._replace(beside=beside, apart_vox=level_vox))
+            if wider is not None:
+                found, apart_vox = wider, beside.kept_vox(boxes, wider.path_vox)
+                break
+        near = Apart(
+            apart_vox, beside.near(boxes, found.path_vox) if apart_vox < asked_vox else part.component.shape.cells[:0]
+        )
+        keeping = self._keeping(kept, rule, near, "on its last moves")
+        return keeping if isinstance(keeping, Obstacle) else (found, keeping)
 
     def _blocked_start(self, component: Component, space: CollisionSpace, start: IntVec) -> Obstacle:
         who = self.who_is_at(component.shape.cells + np.array(start, np.int32))
@@ -277,12 +344,16 @@ class Assembly:
             return Obstacle("the hoist rope above its place in the yard is blocked", who)
         return Obstacle("the crane cannot pick it up from its place in the yard (reach, capacity, zone or boundary)")
 
-    def _too_near(self, component: Component, departure: NDArray[np.int32], kept: Kept) -> Obstacle:
-        """Straight up from the yard, the part never reaches the clearance that transit needs."""
+    def _too_near(
+        self, component: Component, departure: NDArray[np.int32], transit: CollisionSpace, kept: Kept
+    ) -> Obstacle:
+        """Straight up from the yard, the part never reaches a clearance that transit needs."""
+        rope_alone = any(boxes_are_free(transit, *place) for place in departure.tolist())
+        rule = "rope_clearance_m" if rope_alone else "transit_clearance_m"
         around = grown_cells(component.shape.cells, margin_vox(self._site, kept)) + departure[-1]
         who = tuple(name for name in self.who_is_at(around) if name != GROUND_ID)
-        margin_m = max(self._site.rules.kept_m(rule, kept) for rule in CLEARANCES)
-        said = f"straight above its place in the yard it has less than {margin_m:g} m clearance"
+        margin_m, whose = self._site.rules.kept_m(rule, kept), "its rope" if rope_alone else "it"
+        said = f"straight above its place in the yard {whose} has less than {margin_m:g} m clearance ([rules] {rule})"
         return Obstacle(said, who, on_the_way=True)
 
     def _blocked_target(self, blocked: NoInsertion) -> Obstacle:

@@ -95,8 +95,8 @@ class BestPlace:
         self._too_high: dict[int, NDArray[np.int32]] = {}
         standing = tops > self._floor
         for part in site.components:
-            columns = part.shape.cells[:, :2] + np.array(part.target_vox[:2])
-            standing[tuple(columns.T)] = True
+            cells = part.shape.cells + np.array(part.target_vox)
+            standing[tuple(cells[cells[:, 2] >= self._floor, :2].T)] = True
         self._standing = counts(standing)
         columns = np.moveaxis(np.indices(site.shape[:2]), 0, -1)
         hooks = np.concatenate([columns, np.zeros((*site.shape[:2], 1), np.int64)], axis=-1)

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.env.actions import MOVES
 from bimvox.grid.summed_area import summed_area_table
+from bimvox.planning.beside import Column
 from bimvox.planning.contact.pairs import LEAST_GAP_M, Contacts
 from bimvox.planning.contact.sweep import rope_meets
 from bimvox.planning.guided import GuideSought, NoGuide, Pair, find_guide
@@ -110,6 +111,8 @@ class PartToInsert(NamedTuple):
         transit: The rule up to the gate (see ``bimvox.site.collision``).
         may_be_guided: Whether guided last moves are searched for too, which takes longer.
         avoided: Last moves that its proof refused: others are searched for.
+        beside: What counts beside it on its last moves; None: nothing.
+        apart_vox: How many cells it keeps from that.
     """
 
     site: Site
@@ -121,6 +124,8 @@ class PartToInsert(NamedTuple):
     transit: CollisionSpace
     may_be_guided: bool = True
     avoided: tuple[Insertion, ...] = ()
+    beside: Column | None = None
+    apart_vox: int = 0
 
 
 def find_insertion(part: PartToInsert) -> Insertion | NoInsertion:
@@ -144,6 +149,18 @@ def find_insertion(part: PartToInsert) -> Insertion | NoInsertion:
         return found
     size_m = part.site.frame.voxel_size_m
     return replace(found, reason=f"{found.reason}; checked with cells of {size_m:g} m and the true shapes around it")
+
+
+def find_wider(part: PartToInsert) -> Insertion | None:
+    """Return last moves that keep ``apart_vox``, for a part whose shortest ones do not; None if there are none."""
+    for by_shapes in (False, True):
+        inserter = _Inserter(part, by_shapes=by_shapes)
+        found = inserter.detour()
+        if found is not None and not _is_avoided(part, found):
+            return found
+        if not inserter.met_cells:
+            break
+    return None
 
 
 def _find_another(part: PartToInsert) -> Insertion | NoInsertion:
@@ -184,7 +201,8 @@ class _Inserter:
     """Searches the last moves of a part; by shapes, true triangles also decide about solids that are not neighbours."""
 
     def __init__(self, part: PartToInsert, *, by_shapes: bool) -> None:
-        site, contacts, counts, component, present, space, transit, self.may_be_guided, avoided = part
+        site, contacts, counts, component, present, space, transit, self.may_be_guided, avoided, _, _ = part
+        self.beside, self.apart_vox = part.beside, part.apart_vox
         self.avoided = {tuple(place) for one in avoided for place in one.path_vox[:-1].tolist()}
         self.contacts, self.component, self.space, self.transit = contacts, component, space, transit
         self.step_m, self.site_frame = site.frame.voxel_size_m, site.frame
@@ -291,6 +309,8 @@ class _Inserter:
         inside = (there >= (0, 0, 1)) & (there < self.rooms.shape) & (there <= (*self.rooms.shape[:2], self.highest))
         new = np.flatnonzero(inside.all(axis=1))
         new = new[came_by[tuple(there[new].T)] == 0]
+        if self.beside is not None and self.apart_vox:
+            new = new[self.beside.which_free(self.component.shape.boxes, there[new], self.apart_vox)]
         is_free = np.zeros(len(there), np.bool_)
         is_free[new] = which_free(self.space, there[new])
         roams = is_free[new] & free[new // count]

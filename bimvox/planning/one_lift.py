@@ -141,10 +141,8 @@ def searched_at(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, be
         shortest_moves=len(shortest) - 1 + stage.insertion.moves,
         contact_moves=stage.insertion.moves,
         guide=stage.insertion.guide,
-        clearance_m=stage.kept.transit_clearance_m,
-        rope_clearance_m=stage.kept.rope_clearance_m,
         with_jib=stage.is_turning,
-    )
+    ).keeping(stage.kept)
 
 
 def _proposed(stage: Stage, lift: Lift, policies: Sequence[tuple[Propose, Method]]) -> Lift:
@@ -209,7 +207,24 @@ def _why_unreachable(assembly: Assembly, stage: Stage) -> Obstacle:
     by = f"checked with cells of {assembly.voxel_size_m:g} m"
     if stage.insertion.enclosed:
         by += " and the true shapes around its place"
+    by += _clearance_in_the_way(assembly.site, stage)
     return Obstacle(f"no path leads out of the free space around {where} ({len(room)} placements); {by}", who)
+
+
+def _clearance_in_the_way(site: Site, stage: Stage) -> str:
+    """Return which clearance of the site file leaves no path, for the end of a reason; nothing if another is it."""
+    space, free = stage.space, stage.free
+    without = {
+        "transit_clearance_m": space._replace(boxes=free.boxes),
+        "rope_clearance_m": space._replace(hook_floor=free.hook_floor),
+    }
+    for rule, less in without.items():
+        asked_m = getattr(site.rules, rule)
+        if asked_m == 0.0 or rule in site.rules.gives_way:
+            continue
+        if shortest_path(less, stage.start_vox, stage.insertion.gate_vox).path_vox is not None:
+            return f"; with less than {asked_m:g} m of [rules] {rule} a path does"
+    return ""
 
 
 def _smaller_room(space: CollisionSpace, start: IntVec, gate: IntVec) -> tuple[NDArray[np.int32], NDArray[np.int32]]:

@@ -36,8 +36,8 @@ from bimvox.planning.occupancy import highest_around
 from bimvox.planning.stacks import Racks, Rectangle, Stacks, Taken, is_racked, is_stacked
 from bimvox.records.lift import YardPlace, yard_place
 from bimvox.records.unloading import Lorries, fewest_lorries
-from bimvox.site.collision import hook_room, margin_vox, smaller_clearances
-from bimvox.site.component import Component, StoredPose, erection_size_vox, turned_shape
+from bimvox.site.collision import clearance_vox, hook_room, levels_vox, margin_vox
+from bimvox.site.component import Component, IntVec, StoredPose, erection_size_vox, turned_shape
 from bimvox.site.default_rules import HEADROOM_M, NOTHING_KEPT
 from bimvox.site.lifting import shares_to_try
 from bimvox.site.means import Means
@@ -112,15 +112,17 @@ class _Allocation:
         self._empty = _open_yard(site)
         self._best = BestPlace(site, _fixed_tops(site), tuple(travels))
         self._borders = sorted({margin_vox(site), margin_vox(site, NOTHING_KEPT)}, reverse=True)
+        self._upending = levels_vox(site, "upending_clearance_m")
+        self._departure = levels_vox(site, "departure_clearance_m")
         self._shares = shares_to_try(site.rules)
         self._before: dict[int, Component] = {}
         self._given: list[int] = []
         self._made: dict[int, _Made] = {}
         self.places: list[YardPlace | None] = [None] * len(site.components)
 
-    def _asides(self, component: Component) -> list[int]:
-        """Return how many columns stay clear of structures and the building around a part that is upended."""
-        return self._borders if component.erected else [0]
+    def _asides(self, component: Component) -> tuple[int, ...]:
+        """Return how many columns around a part may stay clear of structures and the building, the most first."""
+        return self._upending if component.erected else self._departure
 
     def ends(self, first: int) -> list[tuple[int, int]]:
         """Return where a delivery may end that begins with a part, and how many lorries it then is.
@@ -169,6 +171,7 @@ class _Allocation:
             self._given.remove(index)
             now.given.append(place)
             now.stacks.add(component, place)
+            now.keep_apart(component, place)
             now.load.add(component)
             return True
         racked, alone = now.rooms(component, _without_given(site, self._empty, self._given))
@@ -272,11 +275,15 @@ class _Delivery:
         else:
             self.stacks.add(component, place)
         _take(self.free, place[:2], place[2:], self._gap_vox)
-        if component.erected:  # what comes later is still there when it is upended
-            around = margin_vox(self._site)
+        self.keep_apart(component, place)
+        self.load.add(component)
+
+    def keep_apart(self, component: Component, place: Rectangle) -> None:
+        """Keep what comes later away from a part that is upended: it is still there then."""
+        if component.erected:
+            around = clearance_vox(self._site, "upending_clearance_m")
             _take(self.free, place[:2], place[2:], around)
             _take(self._apart, place[:2], place[2:], around)
-        self.load.add(component)
 
     def settle(self, places: list[YardPlace | None]) -> None:
         """Write stacks and racks into the places of this delivery, which is complete."""
@@ -313,8 +320,8 @@ def risen(site: Site, order: tuple[int, ...], places: Sequence[YardPlace | None]
     """Return the places with the rise of turned parts: how far they are raised before they are turned.
 
     They are raised above everything within the circle of their corners: structures, parts of the same delivery, and
-    parts of the building that are set earlier. They keep the clearance of loads in transit, or as much of it as fits
-    below the jib and into the site.
+    parts of the building that are set earlier. They keep their clearance, or as much of it as fits below the jib and
+    into the site.
     """
     if not any(place is not None and place.turn for place in places):
         return tuple(places)
@@ -338,9 +345,9 @@ def _raised(
     site: Site, component: Component, place: YardPlace, near: NDArray[np.int32], columns: NDArray[np.int32]
 ) -> YardPlace:
     """Return a place with its rise; ``near``: (X, Y) how high things are; ``columns``: (N, 2) what it sweeps."""
-    asides = [margin_vox(site), *(margin_vox(site, row[0]) for row in smaller_clearances(site))]
+    asides = levels_vox(site, "turning_clearance_m")
     ceiling = hook_room(site, site.crane_of(component), np.zeros_like(near), component, place.turn).ceiling
-    for aside in dict.fromkeys(asides):
+    for aside in asides:
         top = int(highest_around(near, aside)[tuple(columns.T)].max(initial=0)) + aside
         raised = replace(place, rise_vox=max(1, top - place.cell_vox[2]))
         foot = np.add(raised.transit_start_vox, component.hook_offset_vox)
@@ -348,6 +355,29 @@ def _raised(
         if aside == asides[-1] or (inside and (not ceiling.size or foot[2] <= ceiling[foot[0], foot[1]])):
             break
     return raised
+
+
+def near_upended(site: Site, places: Sequence[YardPlace | None]) -> NDArray[np.bool_]:
+    """Return (N, N) whether a part lies nearer than the clearance to the room in which another is upended.
+
+    The first index is the part that lies there.
+    """
+    parts, asked = site.components, clearance_vox(site, "upending_clearance_m")
+    near = np.zeros((len(parts), len(parts)), np.bool_)
+    lying = [index for index, place in enumerate(places) if place is not None]
+    if not asked or not lying:
+        return near
+    boxes = np.array([_box(place.cell_vox, place.shape.size_vox) for place in places if place is not None])
+    for index, place in enumerate(places):
+        if place is not None and place.is_upended:
+            low, high = _box(place.cell_vox, place.raising_size_vox(parts[index]))
+            close = ((boxes[:, 0] < high + asked) & (boxes[:, 1] > low - asked)).all(axis=1)
+            near[np.array(lying)[close], index] = True
+    return near
+
+
+def _box(low: IntVec, size: IntVec) -> NDArray[np.int64]:
+    return np.array([low, np.add(low, size)])
 
 
 def _fixed_tops(site: Site) -> NDArray[np.int32]:

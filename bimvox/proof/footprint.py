@@ -156,11 +156,9 @@ def path_footprint(site: Site, lift: Lift) -> Footprint:
     assert lift.path_vox is not None
     assert place is not None
     mask = CellMask(site.shape)
-    mask.add_box(np.array(place.cell_vox), np.array(place.raising_size_vox(component)))
-    mask.add(place.turning_cells(component))
     # Also around a lift that keeps less: it is planned again as if from scratch if something comes so near.
-    clearances = (site.rules.transit_clearance_m, site.rules.rope_clearance_m)
-    reaches = tuple(whole_cells(clearance_m, site.frame) for clearance_m in clearances)
+    _add_raising(mask, site, component, place)
+    reaches = (_load_reach(site), whole_cells(site.rules.rope_clearance_m, site.frame))
     path = lift.path_vox.astype(np.int64)
     _add_load(mask, site, component, path, reaches)
     _add_load(mask, site, component, path[turning_placements(lift)], reaches, any_heading=True)
@@ -214,17 +212,35 @@ def examined_by(site: Site, component: Component, place: YardPlace, sideways_vox
         sideways_vox: How far around its place the last moves are searched for.
     """
     mask = CellMask(site.shape)
-    low, size = np.array(place.cell_vox), np.array(component.shape.size_vox)
-    mask.add_box(low, np.array(place.raising_size_vox(component)))
-    mask.add(place.turning_cells(component))
+    size = np.array(component.shape.size_vox)
+    _add_raising(mask, site, component, place)
     start = np.array(place.transit_start_vox, np.int64)[None]
-    margin = whole_cells(site.rules.transit_clearance_m, site.frame)
+    margin = _load_reach(site)
     mask.add_placements(start, _runs_around(component, margin, False))
     mask.add_columns_above(start + np.array(component.hook_offset_vox))
     around = np.array([sideways_vox + margin, sideways_vox + margin, 0])
     bottom = np.array(component.target_vox) * [1, 1, 0] - around
     mask.add_box(bottom, np.array([size[0], size[1], site.shape[2]]) + 2 * around)
     return mask.footprint()
+
+
+def _load_reach(site: Site) -> int:
+    """Return how far from a load on its way something may matter, cells."""
+    rules = site.rules
+    most_m = max(rules.transit_clearance_m, rules.departure_clearance_m, rules.approach_clearance_m)
+    return whole_cells(most_m, site.frame)
+
+
+def _add_raising(mask: CellMask, site: Site, component: Component, place: YardPlace) -> None:
+    """Add what is within the clearances of a part while it is upended, raised and turned in the yard."""
+    rules, low, size = site.rules, np.array(place.cell_vox), np.array(place.raising_size_vox(component))
+    reach_m = rules.upending_clearance_m if place.is_upended else rules.departure_clearance_m
+    around = whole_cells(reach_m, site.frame) * np.array([1, 1, int(place.is_upended)])
+    mask.add_box(low - around * [1, 1, 0], size + around * [2, 2, 1])
+    turning, reach = place.turning_cells(component), whole_cells(rules.turning_clearance_m, site.frame)
+    if len(turning):
+        first = turning.min(axis=0) - reach
+        mask.add_box(first, turning.max(axis=0) + 1 + reach - first)
 
 
 def _add_carrying(mask: CellMask, site: Site, lift: Lift, motion: LiftMotion, rest_ns: int) -> None:

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.proof.at_rest import REST_MARGIN, YARD_MARGIN, check_rest_margin, check_yard_margin
 from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.clearance import Clearances, nearest, reach_vox
 from bimvox.proof.crane.axes import most_permitted, shares_of_capacity
@@ -68,6 +69,14 @@ CHECKS = (
     "stands",
 )
 """The checks that every plan gets; clearances and wind are checked if the rules ask for them."""
+
+_CHECK_OF = {
+    "transit_clearance_m": "margin",
+    "rope_clearance_m": "rope_margin",
+    "departure_clearance_m": REST_MARGIN,
+    "approach_clearance_m": REST_MARGIN,
+}
+"""The check of a clearance that gives way; of the others it is that in the yard."""
 
 _OF_THE_PART = ("shapes", "mass", "slings", "rigging")
 """The checks of a part by itself, wherever it is."""
@@ -187,6 +196,10 @@ class _Verifier(LiftProofs[int]):
             self.checks["margin"] = Check("margin")
         if site.cranes and rules.rope and rules.rope_clearance_m > 0.0:
             self.checks["rope_margin"] = Check("rope_margin")
+        if max(rules.upending_clearance_m, rules.turning_clearance_m) > 0.0:
+            self.checks[YARD_MARGIN] = Check(YARD_MARGIN)
+        if max(rules.departure_clearance_m, rules.approach_clearance_m) > 0.0:
+            self.checks[REST_MARGIN] = Check(REST_MARGIN)
         if site.cranes and asks_for_wind(rules):
             self.checks["wind"] = Check("wind", unit="share of permitted wind")
         if rules.yard is not None or any(lift.place is not None and lift.place.stack for lift in self.lifts):
@@ -285,6 +298,8 @@ class _Verifier(LiftProofs[int]):
         if not self._resumes(lift):  # otherwise it left the yard on another path, which is proven separately
             check_place(self.checks["yard"], self.site, component, place, present)
             check_unloading(self.checks["yard"], self.site, lift)
+            if YARD_MARGIN in self.checks:
+                check_yard_margin(self.checks[YARD_MARGIN], self.site, lift, present)
             if "stacks" in self.checks:
                 mates = self.racks.get(rack_of(lift) or (-1, 0), ())
                 check_gap(self.checks["gap"], self.site, lift, present, mates)
@@ -387,14 +402,19 @@ class _Verifier(LiftProofs[int]):
         self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]
     ) -> None:
         """Check that a part and its rope keep the clearances between departure, straight up, and last moves."""
-        if "margin" not in self.checks and "rope_margin" not in self.checks:
+        self._check_smaller(lift, component)
+        if not {"margin", "rope_margin", REST_MARGIN} & self.checks.keys():
             return
         margin_m = self.site.rules.kept_m("transit_clearance_m", lift.kept)
         wide = self.clearances.around_load(lift, present)
-        self._check_smaller(lift, component)
         gate = gate_of(self.site, lift, component, self.marks.counts, wide)
+        near = np.zeros(len(path), np.bool_)
         if wide is not None:
-            near: NDArray[np.bool_] = hits(wide, component.shape.cells, path.astype(np.int64))
+            near = hits(wide, component.shape.cells, path.astype(np.int64))
+        if REST_MARGIN in self.checks:
+            leaving = None if self._resumes(lift) else near
+            check_rest_margin(self.checks[REST_MARGIN], self.site, lift, present, leaving)
+        if wide is not None:
             turning = turning_placements(lift)
             if len(path[turning]):
                 near[turning] = hits(wide, cells_at_any_heading(component), path[turning].astype(np.int64))
@@ -424,7 +444,8 @@ class _Verifier(LiftProofs[int]):
         for rule, own_m in lift.kept._asdict().items():
             if own_m is not None:
                 most_m = getattr(self.site.rules, rule)
-                self.checks["margin" if "margin" in self.checks else "rope_margin"].look(
+                check = _CHECK_OF.get(rule, YARD_MARGIN)
+                self.checks[check if check in self.checks else "complete"].look(
                     own_m >= 0.0 and whole_cells(own_m, frame) < whole_cells(most_m, frame),
                     f"{component.id}: keeps a {rule} of {own_m:g} m, which is not fewer cells than {most_m:g} m",
                 )

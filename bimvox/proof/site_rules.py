@@ -284,17 +284,12 @@ def _check_turning(check: Check, site: Site, component: Component, place: YardPl
     if place.turn == 0:
         return
     shape, hook = component.shape, component.hook_offset_vox
+    centre, radius = turning_circle(component, place)
     lies = np.array(place.cell_vox[:2]) + turned_hook(shape, hook, place.turn)[:2]
     axis = np.array(place.transit_start_vox[:2]) + hook[:2]
     check.look(bool((lies == axis).all()), f"{component.id}: does not turn about its hook")
-    # The hook need not be at the same place within that column for the part as it lies: it moves first.
-    x, y = component.hook_aside_vox
-    lain = [(x, y), (-y, x), (-x, -y), (y, -x)][place.turn % 4]
-    far = np.abs(shape.cells[:, :2] - np.array(component.hook_line_vox[:2])) + 0.5
-    radius = float(np.hypot(*far.T).max() + np.hypot(lain[0] - x, lain[1] - y))
     low = place.cell_vox[2] + place.rise_vox
     high = low + int(shape.cells[:, 2].max()) + 1
-    centre = axis + 0.5 + component.hook_aside_vox
     inside = (centre - radius >= -1e-9).all() and (centre + radius <= np.array(site.shape[:2]) + 1e-9).all()
     check.look(bool(inside) and high <= site.shape[2], f"{component.id}: turns beyond the site's boundary")
     # The circle fits into this box of cells.
@@ -306,3 +301,14 @@ def _check_turning(check: Check, site: Site, component: Component, place: YardPl
         cells = thing.cells[(thing.cells[:, 2] >= low) & (thing.cells[:, 2] < high)]
         away = np.hypot(*np.maximum(np.abs(cells[:, :2] + 0.5 - centre) - 0.5, 0.0).T)
         check.look(bool((away >= radius - 1e-9).all()), f"{component.id}: meets {thing.name} while it is turned")
+
+
+def turning_circle(component: Component, place: YardPlace) -> tuple[NDArray[np.float64], float]:
+    """Return (2,) the axis and the radius, in cells, of the circle of a part's corners while it is turned."""
+    # The hook need not be at the same place within its column for the part as it lies: it moves first.
+    x, y = component.hook_aside_vox
+    lain = [(x, y), (-y, x), (-x, -y), (y, -x)][place.turn % 4]
+    far = np.abs(component.shape.cells[:, :2] - np.array(component.hook_line_vox[:2])) + 0.5
+    axis = np.array(place.transit_start_vox[:2]) + component.hook_offset_vox[:2]
+    centre: NDArray[np.float64] = axis + 0.5 + np.array(component.hook_aside_vox)
+    return centre, float(np.hypot(*far.T).max() + np.hypot(lain[0] - x, lain[1] - y))

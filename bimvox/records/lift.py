@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from itertools import pairwise
 from math import cos, sin
@@ -312,6 +312,10 @@ class Lift:
         clearance_m: The clearance that its load keeps in transit if it could not keep the rule's, which gives way;
             None: all.
         rope_clearance_m: The same of hook and rope.
+        departure_clearance_m: The same straight up from the yard.
+        approach_clearance_m: The same on its last moves.
+        upending_clearance_m: The same while its part is upended in the yard.
+        turning_clearance_m: The same while its part is turned in the yard.
         with_jib: Whether the load turns with the jib up to its last moves, which then lead straight down. Before them
             it is turned to its final heading, by tag line. Otherwise tag lines keep its heading.
     """
@@ -332,11 +336,34 @@ class Lift:
     clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
     with_jib: bool = field(default=False, repr=False, metadata=SPARSE)
     rope_clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
+    departure_clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
+    approach_clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
+    upending_clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
+    turning_clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
 
     @property
     def kept(self) -> Kept:
         """What it keeps of the clearances that give way."""
-        return Kept(self.clearance_m, self.rope_clearance_m)
+        return Kept(
+            self.clearance_m,
+            self.rope_clearance_m,
+            self.departure_clearance_m,
+            self.approach_clearance_m,
+            self.upending_clearance_m,
+            self.turning_clearance_m,
+        )
+
+    def keeping(self, kept: Kept) -> Lift:
+        """Return the lift with what it keeps of the clearances that give way."""
+        return replace(
+            self,
+            clearance_m=kept.transit_clearance_m,
+            rope_clearance_m=kept.rope_clearance_m,
+            departure_clearance_m=kept.departure_clearance_m,
+            approach_clearance_m=kept.approach_clearance_m,
+            upending_clearance_m=kept.upending_clearance_m,
+            turning_clearance_m=kept.turning_clearance_m,
+        )
 
     @property
     def ever_with_jib(self) -> bool:

@@ -115,7 +115,7 @@ def _of_the_lifts(plan: LiftPlan, motions: Sequence[LiftMotion]) -> Iterator[Con
     )
     yield (
         [part.id for lift, part in planned if lift.kept != ALL_KEPT],
-        "lifts keep less than the clearance in transit that the rules ask for",
+        "lifts keep less than the clearances that the rules ask for",
     )
     if "highest_utilisation" in own.gives_way:
         most = own.highest_utilisation

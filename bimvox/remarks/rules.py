@@ -6,18 +6,15 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from math import degrees, pi
 
-import numpy as np
-from numpy.typing import NDArray
-
 from bimvox.errors import listed
 from bimvox.motion.figures import wind_limits
 from bimvox.proof.over_time import not_current
-from bimvox.records.lift import Lift, Status, YardPlace
+from bimvox.records.lift import Status
 from bimvox.records.programme import TaskDates
 from bimvox.records.proof import Remark
 from bimvox.remarks import table
-from bimvox.remarks.subject import Subject, metres, name_of, tonnes
-from bimvox.site.collision import CLEARANCES, margin_vox
+from bimvox.remarks.near_rest import near_rest
+from bimvox.remarks.subject import Subject, tonnes
 from bimvox.site.component import Component
 from bimvox.site.crew_times import crew_times
 from bimvox.site.default_rules import ALL_KEPT
@@ -50,7 +47,7 @@ def rules(subject: Subject) -> Iterator[Remark]:
         yield from _of_cranes(own)
         yield from _of_crews(subject)
         yield from _kept_less(subject)
-        yield from _raised_near(subject)
+        yield from near_rest(subject)
     if own.contact_tolerance_m > MOST_TOLERANCE_M:
         yield table.CONTACT_TOLERANCE(tolerance=own.contact_tolerance_m * 1000.0, most=MOST_TOLERANCE_M * 1000.0)
     yield from _of_casting(subject)
@@ -71,6 +68,9 @@ def _of_cranes(own: Rules) -> Iterator[Remark]:
         yield table.NO_ROPE()
 
 
+_IN_TRANSIT = (("its load keeps", "transit_clearance_m"), ("its hook and rope keep", "rope_clearance_m"))
+
+
 def _kept_less(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every lift that keeps less than the rules, which give way, or has no room to turn."""
     site, own = subject.site, subject.site.rules
@@ -80,13 +80,12 @@ def _kept_less(subject: Subject) -> Iterator[Remark]:
     kept_headings = {lift.component for lift in planned if not lift.ever_with_jib}
     for component in subject.lifted:
         less = kept.get(component.index, ALL_KEPT)
-        if less != ALL_KEPT:
-            whose = zip(("its load keeps", "its hook and rope keep"), CLEARANCES, strict=True)
-            said = " and ".join(
-                f"{what} {getattr(less, rule):g} m, not {getattr(own, rule):g} m"
-                for what, rule in whose
-                if getattr(less, rule) is not None
-            )
+        said = " and ".join(
+            f"{what} {getattr(less, rule):g} m, not {getattr(own, rule):g} m"
+            for what, rule in _IN_TRANSIT
+            if getattr(less, rule) is not None
+        )
+        if said:
             row = table.SMALL_ROPE_CLEARANCE if less.transit_clearance_m is None else table.SMALL_CLEARANCE
             yield row(component, kept=said)
         if own.heading is HeadingRule.WITH_JIB and component.index in kept_headings:
@@ -115,66 +114,6 @@ def _less_wind(site: Site, component: Component, kept_m: float, stated_m_s: floa
         yield (row if by_sail else table.BELOW_LEAST_CLEAR)(component, most=most, why=why, least=least, sector=sector)
     elif needs_less_wind(site, component, most):
         yield table.LOW_WIND(component, most=most, why=why, other=site.rules.wind_speed_m_s)
-
-
-def _raised_near(subject: Subject) -> Iterator[Remark]:
-    """Yield a remark about every part that is nearer to something than in transit when it is upended or turned."""
-    site, lifts = subject.site, subject.plan.lifts
-    asked, parts, size_m = margin_vox(site), site.components, site.frame.voxel_size_m
-    if not asked or not any(_raising_boxes(parts, lift) for lift in lifts):
-        return
-    fixed = [(one.name or one.id, one.cells) for one in site.blockers if one.kind in ("structure", "crane")]
-    order = np.array([lift.order for lift in lifts])
-    is_set = np.array([lift.is_set for lift in lifts])
-    delivery = np.array([-1 if lift.place is None else lift.place.delivery for lift in lifts])
-    low = np.array([parts[lift.component].target_vox for lift in lifts])
-    high = low + np.array([parts[lift.component].shape.size_vox for lift in lifts])
-    for lift in lifts:
-        for what, first, last in _raising_boxes(parts, lift):
-            assert lift.place is not None
-            close = ((low < last + asked) & (high > first - asked)).all(axis=1)
-            set_by_then = np.flatnonzero(close & is_set & (order < lift.order))
-            waiting = np.flatnonzero((order > lift.order) & (delivery == lift.place.delivery))
-            things = [*fixed, *(_named_cells(parts, lifts[n]) for n in set_by_then)]
-            things += [_named_cells(parts, lifts[n], lifts[n].place) for n in waiting]
-            gap, near = min(((_apart_vox(first, last, cells), name) for name, cells in things), default=(asked, ""))
-            if gap < asked:
-                yield table.RAISED_NEAR(
-                    parts[lift.component],
-                    what=what,
-                    gap=metres(gap * size_m),
-                    other=near,
-                    asked=metres(asked * size_m),
-                )
-
-
-def _raising_boxes(parts: Sequence[Component], lift: Lift) -> list[tuple[str, NDArray[np.int32], NDArray[np.int32]]]:
-    """Return the boxes of cells, from one corner to before the other, that a part sweeps upended and turned."""
-    place, part = lift.place, parts[lift.component]
-    boxes = []
-    if place is not None and lift.status is Status.PLANNED:
-        if place.is_upended:
-            low = np.array(place.cell_vox, np.int32)
-            boxes.append(("is upended", low, low + np.array(place.raising_size_vox(part), np.int32)))
-        if place.turn:
-            turning = place.turning_cells(part)
-            boxes.append(("is turned", turning.min(axis=0), turning.max(axis=0) + np.int32(1)))
-    return boxes
-
-
-def _named_cells(
-    parts: Sequence[Component], lift: Lift, place: YardPlace | None = None
-) -> tuple[str, NDArray[np.int32]]:
-    """Return the name of a part, and its cells where it is set, or at a place in the yard."""
-    part = parts[lift.component]
-    if place is None:
-        return name_of(part), part.shape.cells + np.array(part.target_vox, np.int32)
-    return name_of(part), place.shape.cells + np.array(place.cell_vox, np.int32)
-
-
-def _apart_vox(low: NDArray[np.int32], high: NDArray[np.int32], cells: NDArray[np.int32]) -> int:
-    """Return how many whole cells lie between a box and the nearest of (N, 3) cells, on the axis with most."""
-    return int(np.maximum(low - cells - 1, cells - high).max(axis=1).clip(0).min())
 
 
 def _of_crews(subject: Subject) -> Iterator[Remark]:

@@ -121,8 +121,13 @@ SMALL_CLEARANCE = Row("small_clearance", _SERIOUS,
     "in transit {kept}: the planner found no way with more; nobody may be below or beside it")
 SMALL_ROPE_CLEARANCE = Row("small_clearance", _MINOR, "in transit {kept}: the planner found no way with more")
 RAISED_NEAR = Row("small_clearance", _SERIOUS,
-    "{what} in the yard {gap} from {other}, not {asked} as in transit: the yard has no room with more; nobody may be "
-    "beside it")
+    "{what} in the yard {gap} from {other}, not {asked}: the yard has no room with more; nobody may be beside it")
+SMALL_DEPARTURE = Row("small_clearance", _SERIOUS,
+    "goes straight up from the yard {gap} from {other}, not {asked}: the yard has no room with more; nobody may be "
+    "between them")
+SMALL_APPROACH = Row("small_clearance", _SERIOUS,
+    "is lowered to its place {gap} from {other}, not {asked}: no other last moves keep more; hold it by tag lines, "
+    "nobody may be between them")
 KEPT_HEADING = Row("kept_heading", _MINOR, "keeps its heading by tag line: it has no room to turn with the jib")
 LOW_WIND = Row("low_wind", _MINOR,
     "may be lifted in wind up to {most:.1f} m/s only: {why}; other lifts up to {other:g} m/s")

@@ -30,7 +30,7 @@ from bimvox.planning.preparation import Preparation
 from bimvox.proof.footprint import CellMask, Footprint, MotionFootprint, jib_meets, motion_footprint, path_footprint
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.site.collision import margin_vox, rope_margin_vox
+from bimvox.site.collision import CLEARANCES, clearance_vox
 from bimvox.site.component import IntVec
 from bimvox.site.site import Site
 
@@ -170,7 +170,7 @@ class Validity:
 
     def __init__(self, versions: Versions, site: Site, preparation: Preparation) -> None:
         self._versions, self._site, self._preparation = versions, site, preparation
-        self._margin = max(margin_vox(site), rope_margin_vox(site))
+        self._margin = max(clearance_vox(site, rule) for rule in CLEARANCES)
         self._differences: dict[tuple[int, int, int, int], _Difference] = {}
         self.now = Reading(obstructed_cells(site))
 

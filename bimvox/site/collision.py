@@ -232,7 +232,10 @@ def _between(
 # these rules are defaults, a lift may keep less.
 
 CLEARANCES = Kept._fields
-"""The rules about a lift in transit that can give way."""
+"""The clearances that can give way, each by itself."""
+_IN_TRANSIT = CLEARANCES[:2]
+"""Those on which the way of a transit depends; the others follow from where a part lies, or from its last moves."""
+IN_THE_YARD = ("departure_clearance_m", "upending_clearance_m", "turning_clearance_m")
 
 
 def margin_vox(site: Site, kept: Kept = ALL_KEPT) -> int:
@@ -250,12 +253,22 @@ def smaller_clearances(site: Site) -> tuple[tuple[Kept, ...], ...]:
 
     Each row has one clearance of the load, and in it the rope's. The larger ones come first in both.
     """
-    loads_m, ropes_m = (_levels_m(site, rule) for rule in CLEARANCES)
-    rows = (tuple(Kept(load_m, rope_m) for rope_m in ropes_m if (load_m, rope_m) != ALL_KEPT) for load_m in loads_m)
+    loads_m, ropes_m = (levels_m(site, rule) for rule in _IN_TRANSIT)
+    rows = (tuple(Kept(load_m, rope_m) for rope_m in ropes_m if Kept(load_m, rope_m) != ALL_KEPT) for load_m in loads_m)
     return tuple(row for row in rows if row)
 
 
-def _levels_m(site: Site, rule: str) -> tuple[float | None, ...]:
+def clearance_vox(site: Site, rule: str, level_m: float | None = None) -> int:
+    """Return a clearance of the rules in whole cells, or what a lift keeps of it instead."""
+    return _whole(site, getattr(site.rules, rule) if level_m is None else level_m)
+
+
+def levels_vox(site: Site, rule: str) -> tuple[int, ...]:
+    """Return a clearance of the rules in whole cells and, if it gives way, the smaller ones, the largest first."""
+    return tuple(clearance_vox(site, rule, level_m) for level_m in levels_m(site, rule))
+
+
+def levels_m(site: Site, rule: str) -> tuple[float | None, ...]:
     """Return None, which is the rule's clearance, and the smaller ones if it gives way, each of fewer cells."""
     levels: list[float | None] = [None]
     cells = _whole(site, getattr(site.rules, rule))

@@ -15,6 +15,13 @@ TRANSIT_CLEARANCE_M: Final = 2.0
 """Distance of a load in transit from finished work: 2 to 3 m are usual in lift plans (professional judgement)."""
 ROPE_CLEARANCE_M: Final = 0.5
 """Half the width of a hook block of 1 m, so that the block passes where its rope does (professional judgement)."""
+DEPARTURE_CLEARANCE_M: Final = 0.5
+APPROACH_CLEARANCE_M: Final = 0.5
+"""Of a load that goes straight up from the yard, or down to its place: nobody is trapped between it and what stands
+beside it, 0.5 m for a body (EN ISO 13854; DGUV Vorschrift 52, section 11)."""
+REST_ZONE_M: Final = 1.0
+"""What is beside a part at rest, and no more than this higher than it, does not count on its way up or down: neighbours
+touch it by design, and a crew guides it by hand so near its rest (professional judgement)."""
 WIND_M_S: Final = 9.8
 """35 km/h, upper half of Beaufort 5: from 20 mph (9 m/s) on every lift is looked at again (29 CFR 1926.1431 for people,
 professional judgement for panels). The wind limits of cranes, 20 m/s for most, assume a sail area of 1.2 m2 per tonne,
@@ -34,11 +41,16 @@ DEFAULT_RULES: Final = {
     "highest_utilisation": HIGHEST_UTILISATION,
     "transit_clearance_m": TRANSIT_CLEARANCE_M,
     "rope_clearance_m": ROPE_CLEARANCE_M,
+    "departure_clearance_m": DEPARTURE_CLEARANCE_M,
+    "approach_clearance_m": APPROACH_CLEARANCE_M,
+    "upending_clearance_m": TRANSIT_CLEARANCE_M,
+    "turning_clearance_m": TRANSIT_CLEARANCE_M,
     "wind_speed_m_s": WIND_M_S,
     "least_wind_m_s": LEAST_WIND_M_S,
 }
 SMALLER_CLEARANCES_M: Final = (1.5, 1.0, 0.5, 0.25, 0.0)
-"""What a lift keeps if it cannot keep a default: the first of these that it can, of each clearance by itself."""
+"""What a lift keeps in transit if it cannot keep a default: the first of these that it can, of load and rope by
+themselves. What it keeps otherwise is measured."""
 
 
 class Kept(NamedTuple):
@@ -46,10 +58,14 @@ class Kept(NamedTuple):
 
     transit_clearance_m: float | None = None
     rope_clearance_m: float | None = None
+    departure_clearance_m: float | None = None
+    approach_clearance_m: float | None = None
+    upending_clearance_m: float | None = None
+    turning_clearance_m: float | None = None
 
 
 ALL_KEPT: Final = Kept()
-NOTHING_KEPT: Final = Kept(0.0, 0.0)
+NOTHING_KEPT: Final = Kept(*[0.0] * len(Kept._fields))
 
 
 MOST_CONTACT_TOLERANCE_M = 0.1

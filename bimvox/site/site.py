@@ -76,6 +76,10 @@ class Rules:
     upend_s: float = field(default=0.0, metadata=SPARSE)
     transit_clearance_m: float = 0.0
     rope_clearance_m: float = 0.0
+    departure_clearance_m: float = field(default=0.0, metadata=SPARSE)
+    approach_clearance_m: float = field(default=0.0, metadata=SPARSE)
+    upending_clearance_m: float = field(default=0.0, metadata=SPARSE)
+    turning_clearance_m: float = field(default=0.0, metadata=SPARSE)
     swing: SwingRule = SwingRule.SHAPED
     truckload_kg: float = 0.0
     wind_speed_m_s: float = 0.0

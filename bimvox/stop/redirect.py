@@ -25,7 +25,7 @@ from bimvox.planning.stage import Obstacle, Stage, turning_stage
 from bimvox.records.lift import LOAD_IS_HELD, NOT_DRIVEN, LeftPath, Lift, Method, Status
 from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
 from bimvox.records.track import turn_back_s
-from bimvox.site.collision import CollisionSpace, any_heading_space, turning_space
+from bimvox.site.collision import IN_THE_YARD, CollisionSpace, any_heading_space, turning_space
 from bimvox.site.component import IntVec
 from bimvox.site.site import Site
 from bimvox.stop.brake_axes import EmergencyStop
@@ -340,15 +340,14 @@ def _on_path(held: Held, path_vox: NDArray[np.int32], stage: Stage, found_ns: in
     lift = held.lift
     assert lift.path_vox is not None
     path_vox.flags.writeable = False
+    yard = {rule: getattr(lift.kept, rule) for rule in IN_THE_YARD}  # it has left it
     return replace(
         lift,
         path_vox=path_vox,
         contact_moves=stage.insertion.moves,
         guide=stage.insertion.guide,
-        clearance_m=stage.kept.transit_clearance_m,
-        rope_clearance_m=stage.kept.rope_clearance_m,
         method=Method.SEARCH,
         shortest_moves=len(path_vox) - 1,
         with_jib=stage.is_turning,
         left=(*lift.left, LeftPath(lift.path_vox, lift.contact_moves, found_ns, lift.guide, lift.with_jib)),
-    )
+    ).keeping(stage.kept._replace(**yard))

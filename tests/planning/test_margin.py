@@ -62,6 +62,17 @@ def test_no_room_above_the_yard_is_named():
     assert "post" in lift.blocked_by
 
 
+def test_a_clearance_of_the_site_file_that_leaves_no_path_is_named():
+    walls = [("north", (8.0, 8.0, 0.0), (8.5, 15.0, 9.5)), ("south", (8.0, 0.0, 0.0), (8.5, 6.0, 9.5))]
+    parts = [("a", (2.0, 2.0, 0.0), (3.0, 3.0, 1.0))]
+    reasons = []
+    for margin_m in (1.0, 0.5):
+        site = box_site(parts, structure=walls, rules=Rules(rope=False, transit_clearance_m=margin_m))
+        reasons.append(plan_lifts(site, prepare(site)).lifts[0].reason)
+    assert reasons[0].endswith("with less than 1 m of [rules] transit_clearance_m a path does")
+    assert reasons[1] is None
+
+
 def test_a_policys_path_without_the_margin_is_not_taken():
     site, preparation, _ = planned(1.0)
     _, _, close = planned(0.0)

@@ -218,7 +218,7 @@ def columns_planned(yard, **rules):
     """Return the plan of three columns whose yard is next to a wall, and the parts that are upended too near."""
     wall = [("wall", (25.0, 0.0, 0.0), (25.5, 15.0, 3.0))]
     crane = test_crane(base=(12.0, -3.0, 0.0), jib=40.0, height=20.0)
-    own = Rules(transit_clearance_m=2.0, **rules)
+    own = Rules(transit_clearance_m=2.0, upending_clearance_m=2.0, **rules)
     site = box_site(COLUMNS, crane=crane, shape=(60, 40, 36), yard=yard, structure=wall, rules=own)
     preparation, plan = planned(site)
     assert all(lift.status is Status.PLANNED for lift in plan.lifts)
@@ -236,13 +236,13 @@ def test_upended_columns_keep_the_clearance_of_loads_in_transit_if_the_yard_has_
         later = (one for one in plan.lifts if one.order > lift.order and one.place.delivery == lift.place.delivery)
         for cells in (wall, *(one.place.shape.cells + np.array(one.place.cell_vox) for one in later)):
             assert (np.maximum(low - cells - 1, cells - high).max(axis=1) >= size_vox).all()
-    _, near = columns_planned(((46.0, 8.0), (50.0, 40.0)), gives_way=("transit_clearance_m",))
+    _, near = columns_planned(((46.0, 8.0), (50.0, 40.0)), gives_way=("transit_clearance_m", "upending_clearance_m"))
     assert near
 
 
 def test_a_turned_part_is_raised_clear_of_what_it_turns_above():
     free, near = (
-        planned(site_of(rules=Rules(transit_clearance_m=clearance_m)))[1].lifts[0].place.rise_vox
+        planned(site_of(rules=Rules(turning_clearance_m=clearance_m)))[1].lifts[0].place.rise_vox
         for clearance_m in (2.0, 0.0)
     )
     assert free >= near + 4

@@ -21,8 +21,8 @@ from bimvox.site.build import with_digests
 from bimvox.site.site import Blocker, Rules
 
 PARTS = [
-    ("far", (12.0, 12.0, 0.0), (13.0, 13.0, 1.0)),
-    ("low", (2.0, 2.0, 0.0), (3.0, 4.0, 1.0)),
+    ("far", (12.0, 12.0, 0.0), (13.0, 13.0, 2.0), {"erected": True}),
+    ("low", (2.0, 2.0, 0.0), (3.0, 4.0, 1.0), {"stored_turn": 1}),
     ("next", (3.0, 2.0, 0.0), (4.0, 4.0, 1.0)),
     ("high", (2.0, 2.0, 1.0), (3.0, 3.0, 2.0)),
 ]
@@ -31,7 +31,8 @@ PARTS = [
 @cache
 def planned():
     crane = test_crane(base=(8.0, -3.0, 0.0), jib=40.0, height=14.0)
-    rules = Rules(transit_clearance_m=1.0, rope_clearance_m=1.0)
+    near_rest = {f"{what}_clearance_m": 1.0 for what in ("departure", "approach", "upending", "turning")}
+    rules = Rules(transit_clearance_m=1.0, rope_clearance_m=1.0, **near_rest)
     site = with_digests(box_site(PARTS, crane=crane, shape=(40, 40, 24), rules=rules))
     preparation = prepare(site)
     plan = plan_lifts(site, preparation)

@@ -28,6 +28,7 @@ from bimvox.errors import NoPlanError
 from bimvox.library.prove import plan_and_prove
 from bimvox.motion.swing import rigged_crane
 from bimvox.planning.assembly import replay
+from bimvox.planning.beside import Apart
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.search import shortest_path
@@ -175,6 +176,23 @@ def in_a_wanted_order() -> Site:
 
 
 @cache
+def upended_beside_something(**rules: float) -> Site:
+    """Return two columns, one of which lies in the yard half a metre from a pallet."""
+    columns = [
+        ("first", (1.0, 1.0, 0.0), (1.5, 1.5, 3.0), {"erected": True, "start_vox": (24, 8, 1)}),
+        ("second", (4.0, 1.0, 0.0), (4.5, 1.5, 3.0), {"erected": True, "start_vox": (24, 20, 1)}),
+    ]
+    pallet = ("pallet", (12.0, 5.0, 0.0), (14.0, 6.0, 1.0))
+    return box_site(columns, obstructions=[pallet], rules=Rules(rope=False, **rules), **ALONG)
+
+
+def lowered_beside_something() -> Site:
+    """Return a part whose place is half a metre from a wall that is much higher."""
+    wall = ("wall", (3.5, 0.0, 0.0), (4.0, 9.0, 5.0))
+    rules = Rules(rope=False, transit_clearance_m=1.0, approach_clearance_m=1.0)
+    return box_site([("part", (2.0, 2.0, 0.0), (3.0, 3.0, 1.0))], structure=[wall], rules=rules, **ALONG)
+
+
 def raised_beneath_something() -> Site:
     """Return two columns that lie in the yard, one of them under a cable on its way up."""
     column = {"ifc_class": "IfcColumn", "erected": True}
@@ -386,6 +404,14 @@ MUTANTS: dict[str, Mutant] = {
     ),
     "rope clearance forgotten": Mutant(
         past_a_mast, "rope_margin", {"bimvox.planning.occupancy.rope_margin_vox": always(0)}
+    ),
+    "upending clearance forgotten": Mutant(
+        lambda: upended_beside_something(upending_clearance_m=1.0),
+        "yard_margin",
+        {"bimvox.planning.assembly.upending": always(Apart(2, np.zeros((0, 3), np.int32)))},
+    ),
+    "clearance of last moves forgotten": Mutant(
+        lowered_beside_something, "rest_margin", {"bimvox.planning.beside.Column.kept_vox": always(2)}
     ),
     "support the other way round": Mutant(
         portal, "support", {"bimvox.planning.order_search.precedence": returning(upside_down)}

@@ -68,4 +68,4 @@ def test_a_lift_with_less_clearance_is_named(windy: Planned) -> None:
     assert remark.component == plan.site.components[first.component].id
     assert remark.text.startswith("in transit its load keeps 0.5 m, not 2 m: the planner found no way with more")
     assert remark.severity is Severity.SERIOUS
-    assert any("keep less than the clearance in transit" in said for said in conditions_of(plan, motions))
+    assert any("keep less than the clearances" in said for said in conditions_of(plan, motions))

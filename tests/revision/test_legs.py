@@ -46,7 +46,8 @@ def only_on_the_approach(current, order):
     left = [cell for cell in bits(swept.approach) if cell not in full]
     if not left:
         return None
-    column, height = min(left, key=lambda cell: cell[1])
+    # Half as high as its way: near the yard it would be too near to the part, too.
+    column, height = sorted(left, key=lambda cell: cell[1])[len(left) // 2]
     return np.array([*divmod(column, shape[1]), height])
 
 

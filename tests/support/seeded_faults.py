@@ -401,6 +401,17 @@ def a_gust_beyond_the_clearance(log: PlanLog) -> PlanLog:
     return with_site(windy, rules=rules)
 
 
+def upended_too_near(log: PlanLog) -> PlanLog:
+    """The columns lie half a metre apart, and the log says that they keep two metres while they are upended."""
+    return with_site(log, rules=dataclasses.replace(log.plan.site.rules, upending_clearance_m=2.0))
+
+
+def lowered_past_a_post(log: PlanLog) -> PlanLog:
+    """The slab is lowered half a metre from a post, and the log says that it keeps a metre."""
+    careful = with_clearance(with_blocker(log, "post", [(5, 5, z) for z in range(9, 14)], "obstruction"))
+    return with_site(careful, rules=dataclasses.replace(careful.plan.site.rules, approach_clearance_m=1.0))
+
+
 def a_path_that_dips_over_the_wall(log: PlanLog) -> PlanLog:
     careful = with_clearance(log)
     lift = lift_of(careful, "slab")
@@ -2064,6 +2075,14 @@ GIVES_WAY_IN_VAIN: dict[str, tuple[Forge, str]] = {
     "both": (
         lambda log: with_lift(log, "left", clearance_m=1.0, rope_clearance_m=0.0),
         f"(left): it keeps 1 m around its load and 0 m around hook and rope, {_NEXT}1.5 m around its load and 0 m",
+    ),
+    "upended": (
+        lambda log: with_lift(log, "left", upending_clearance_m=0.5),
+        "(left): it keeps 0.5 m of upending_clearance_m, but could keep 2 m",
+    ),
+    "on its last moves": (
+        lambda log: with_lift(log, "beam", approach_clearance_m=0.0),
+        "(beam): it keeps 0 m of approach_clearance_m, but could keep 0.5 m",
     ),
     "every lift": (
         every_lift_as_low_as_it_can,

@@ -26,7 +26,8 @@ def turning_site(
     transit_clearance_m: float = 0.0,
 ) -> Site:
     """Return the portal under a crane; the jib turns by 42 to 48 degrees with each load."""
-    rules = Rules(heading=heading, transit_clearance_m=transit_clearance_m)
+    near_rest = {"upending_clearance_m": transit_clearance_m, "turning_clearance_m": transit_clearance_m}
+    rules = Rules(heading=heading, transit_clearance_m=transit_clearance_m, **near_rest)
     crane = test_crane(base=(16.0, -4.0, 0.0), jib=40.0, height=26.0)
     yard = ((40, 8), (70, 50))
     return box_site(PORTAL, crane=crane, shape=(90, 60, 40), yard=yard, obstructions=obstructions, rules=rules)

@@ -35,7 +35,7 @@ from bimvox.planning.order.makespan import (
 )
 from bimvox.planning.order.relations import Precedence
 from bimvox.planning.order.sequence import ErectionSequence, Prefer, Sequencer
-from bimvox.planning.yard import allocate_yard, risen
+from bimvox.planning.yard import allocate_yard, near_upended, risen
 from bimvox.records.unloading import fit_lorries
 from bimvox.site.site import Site
 
@@ -425,7 +425,10 @@ class FasterOrder:
         return order_times(site, self._travels, places, self._over_m, self._supports, self._free)
 
     def _fixed_pairs(self, sequence: ErectionSequence, places: Places) -> NDArray[np.bool_]:
-        """Return the pairs that keep their order, those of different deliveries, or of one stack or rack, too."""
+        """Return the pairs that keep their order.
+
+        So do those of different deliveries, of one stack or rack, and a part that lies near one that is upended.
+        """
         order = sequence.order
         lies = np.array([(-1, 0, 0) if p is None else (p.delivery, p.stack, p.rack) for p in places])
         delivery, stack, rack = lies.T
@@ -434,6 +437,7 @@ class FasterOrder:
         kept = (lifted[:, None] & lifted[None] & ~same) | (
             same & (((stack[:, None] == stack[None]) & (stack > 0)) | ((rack[:, None] == rack[None]) & (rack != 0)))
         )
+        kept |= same & near_upended(self._site, places)
         position = _positions(order)
         fixed = self._sequencer.fixed_pairs(order)
         fixed |= kept & (position[:, None] < position[None])

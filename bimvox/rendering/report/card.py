@@ -81,6 +81,17 @@ def _drawing(revision: Revision, drawing: dict[str, Any], lift: dict[str, Any], 
     }
 
 
+def _clearances(lift: dict[str, Any], rules: dict[str, Any]) -> str:
+    """Return what a lift keeps of each clearance that it has, in words."""
+    said = [("clearance_m", "transit_clearance_m", "in transit")]
+    said += [(key, key, when) for key, when in (("departure_clearance_m", "up"), ("approach_clearance_m", "down"))]
+    if lift["stored"] not in (None, "as_built"):
+        said.append(("upending_clearance_m", "upending_clearance_m", "upended"))
+    if lift["turn"]:
+        said.append(("turning_clearance_m", "turning_clearance_m", "turned"))
+    return ", ".join(f"{rules[rule] if lift[key] is None else lift[key]:g} m {when}" for key, rule, when in said)
+
+
 def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> list[tuple[str, str]]:
     governs, lifting = lift["governs"], lift["lifting"]
     machine = [record["crane"], *record.get("other_cranes", [])][part.crane]
@@ -88,7 +99,6 @@ def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> lis
     used = number(governs["utilisation"], f"{100.0 * (governs['utilisation'] or 0.0):.1f} %", "utilisation")
     wind = number(lifting["permitted_wind_m_s"], f"{lifting['permitted_wind_m_s']:.1f} m/s", "permitted_wind_m_s")
     rules = record["site"]["rules"]
-    kept = lift["clearance_m"] if lift["clearance_m"] is not None else rules["transit_clearance_m"]
     blind: list[str] = next((one["hidden"] for one in record["blind"] if one["order"] == lift["order"]), [])
     place = _LYING.get(lift["stored"], "")
     place += f", delivery {lift['delivery'] + 1}" if lift["delivery"] is not None else ""
@@ -119,7 +129,7 @@ def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> lis
         ("Stored", f"{place}; hook at {_point(lift['pick'])}"),
         ("Set", f"hook at {_point(lift['set'])}"),
         ("Wind", f"up to {wind} (gust)" + (f"; heading {escape(lift['heading'])}" if lift["heading"] else "")),
-        ("Clearance", f"{kept:g} m in transit"),
+        ("Clearance", _clearances(lift, rules)),
         ("Sight", f"hidden at {' and '.join(blind)}: signaller with radio" if blind else "seen at pick and set"),
         ("Begins", f"{begins}; takes {span(lift['ends_s'] - lift['begins_s'])}"),
         ("Steps", "; ".join(f"{PHASES.get(name, name)} {span(end - start)}" for name, start, end in lift["phases"])),

@@ -31,6 +31,7 @@ def machine(record: dict[str, Any], cranes: Sequence[TowerCrane]) -> str:
         ("Existing structure", fixed(site["structure"], 0)),
         ("Clearance", f"{rules['clearance_m']:g} m from obstructions and mast"),
         ("In transit", "" if first is None else _in_transit(rules, record["lifts"], site["least_height"])),
+        ("In the yard, when set", "" if first is None else _near_rest(rules, record["lifts"])),
         ("Contact tolerance", f"{rules['contact_tolerance_m'] * 1000:g} mm"),
         ("Samples", f"every {rules['sample_period_s']:g} s or closer"),
     ]
@@ -134,15 +135,31 @@ def _in_transit(rules: dict[str, Any], lifts: Sequence[dict[str, Any]], lowest: 
     load_m, rope_m = rules["transit_clearance_m"], rules["rope_clearance_m"]
     words = [f"loads {load_m:g} m from everything, hook and rope {rope_m:g} m on plan"]
     for what, key in (("loads", "clearance_m"), ("hooks and ropes", "rope_clearance_m")):
-        less = [lift[key] for lift in lifts if lift[key] is not None]
-        if less:
-            words.append(f"{len(less):,} {what} keep less, down to {min(less):g} m (see the remarks)")
+        words += _less(what, [lift[key] for lift in lifts])
     if lowest is not None:
         words.append(
             f"measured: no load is carried lower than {lowest['height_m']:.2f} m, {escape(lowest['part'])} over "
             f"{escape(lowest['over'])}"
         )
     return "; ".join(words)
+
+
+def _near_rest(rules: dict[str, Any], lifts: Sequence[dict[str, Any]]) -> str:
+    """Return the clearances of parts near where they lie and are set, and how many lifts keep less."""
+    words = [
+        f"parts upended {rules['upending_clearance_m']:g} m and turned {rules['turning_clearance_m']:g} m from "
+        f"everything; straight up {rules['departure_clearance_m']:g} m and on the last moves "
+        f"{rules['approach_clearance_m']:g} m from what is not beside the part at rest, up to 1 m above it"
+    ]
+    for what in ("upending", "turning", "departure", "approach"):
+        words += _less(f"loads ({what})", [lift[f"{what}_clearance_m"] for lift in lifts])
+    return "; ".join(words)
+
+
+def _less(what: str, kept_m: Sequence[float | None]) -> list[str]:
+    """Return how many lifts keep less than a clearance, in words; nothing if none does."""
+    less = [one for one in kept_m if one is not None]
+    return [f"{len(less):,} {what} keep less, down to {min(less):g} m (see the remarks)"] if less else []
 
 
 def _wind(rules: dict[str, Any], lifts: Sequence[dict[str, Any]]) -> str:

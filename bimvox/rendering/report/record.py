@@ -33,7 +33,8 @@ from bimvox.site.work import work_of
 
 FORMAT = 1
 _RULES = (
-    *("clearance_m", "transit_clearance_m", "rope_clearance_m", "gives_way", "contact_tolerance_m", "support_gap_m"),
+    *("clearance_m", "transit_clearance_m", "rope_clearance_m", "departure_clearance_m", "approach_clearance_m"),
+    *("upending_clearance_m", "turning_clearance_m", "gives_way", "contact_tolerance_m", "support_gap_m"),
     *("rope", "sample_period_s", "swing", "wind_speed_m_s", "least_wind_m_s", "drag_coefficient", "sling_angle_rad"),
     "highest_utilisation",
     "upend_s",

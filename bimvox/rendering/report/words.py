@@ -31,6 +31,8 @@ CHECKS = {
     "reach": "the hook stays within reach, the load within the load chart, and both outside their exclusion zones",
     "margin": "in transit the load keeps its clearance from everything",
     "rope_margin": "in transit hook and rope keep their clearance from everything higher",
+    "yard_margin": "a part keeps its clearances while it is upended and turned in the yard",
+    "rest_margin": "a load keeps its clearances straight up from the yard and on its last moves",
     "motion_margin": "the moving load, hook and rope keep these clearances, along the chords between samples",
     "wind": "the sail area of every part permits the site's wind speed; where that is a default, less wind is stated",
     "support": "a part is set after the parts that it rests on",

@@ -198,6 +198,10 @@ class CuringConfig(Table):
         return curing if replace(curing, floors_wait=True) != Curing() else None
 
 
+_AS_IN_TRANSIT = ("upending_clearance_m", "turning_clearance_m")
+"""Clearances that are those of loads in transit if the file does not give them: the same value, and kept as that is."""
+
+
 class RulesConfig(Table):
     """The rules of the site; clearances are rounded up to whole cells."""
 
@@ -208,6 +212,18 @@ class RulesConfig(Table):
     kept, or the lift is infeasible."""
     rope_clearance_m: NotNegative | None = None
     """Of hook and rope in transit, on plan, to everything higher. Default: 0.5, as above."""
+    departure_clearance_m: NotNegative | None = None
+    """Of the load straight up from the yard, until transit, to everything but what is next to the part as it lies, up
+    to 1 m above its top. Default: 0.5 with a crane (EN ISO 13854: a body is not trapped), as above."""
+    approach_clearance_m: NotNegative | None = None
+    """Of the load on its last moves, to everything but what is next to or below the part at its place, up to 1 m
+    above its top. Default: 0.5, as above."""
+    upending_clearance_m: NotNegative | None = None
+    """Of a part while it is upended in the yard, to everything that reaches above its underside. Default:
+    ``transit_clearance_m``, as above."""
+    turning_clearance_m: NotNegative | None = None
+    """Of a part while it is turned above its place in the yard, to everything. Default: ``transit_clearance_m``, as
+    above."""
     contact_tolerance_m: Annotated[NotNegative, Field(le=MOST_CONTACT_TOLERANCE_M)] = _RULES.contact_tolerance_m
     """How deep neighbours may overlap on the last moves."""
     support_gap_m: Annotated[NotNegative, Field(le=MOST_SUPPORT_GAP_M)] = _RULES.support_gap_m
@@ -280,6 +296,8 @@ class RulesConfig(Table):
         own["sling_angle_rad"] = math.radians(self.sling_angle_deg)
         own["upend_s"] = (UPEND_S if has_crane else 0.0) if self.upend_s is None else self.upend_s
         given = self.model_dump(exclude={"sling_angle_deg"}) | own
+        for key in _AS_IN_TRANSIT:
+            given[key] = given["transit_clearance_m"] if given[key] is None else given[key]
         left = tuple(key for key in DEFAULT_RULES if given[key] is None)
         defaults = {key: DEFAULT_RULES[key] if has_crane else getattr(_RULES, key) for key in left}
         return Rules(**(given | defaults), gives_way=left if has_crane else ())

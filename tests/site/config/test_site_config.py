@@ -23,6 +23,10 @@ def test_the_rules_have_the_planners_names_and_defaults():
     assert {rule: named.pop(rule) for rule in (*DEFAULT_RULES, "gives_way")} == {
         "transit_clearance_m": 0.0,
         "rope_clearance_m": 0.0,
+        "departure_clearance_m": 0.0,
+        "approach_clearance_m": 0.0,
+        "upending_clearance_m": 0.0,
+        "turning_clearance_m": 0.0,
         "wind_speed_m_s": 0.0,
         "least_wind_m_s": 0.0,
         "highest_utilisation": 1.0,
@@ -45,7 +49,19 @@ def test_a_crane_brings_clearances_and_wind_that_give_way():
     assert rules.upend_s == 120.0
     assert RulesConfig(upend_s=0.0).rules(has_crane=True).upend_s == 0.0
     assert (given.transit_clearance_m, given.rope_clearance_m, given.wind_speed_m_s) == (3.0, 0.5, 0.0)
-    assert given.gives_way == ("rope_clearance_m", "least_wind_m_s")
+    near_rest = ("departure_clearance_m", "approach_clearance_m")
+    assert given.gives_way == ("rope_clearance_m", *near_rest, "least_wind_m_s")
+    assert [getattr(rules, rule) for rule in near_rest] == [0.5, 0.5]
+
+
+def test_a_part_is_upended_and_turned_as_far_from_everything_as_it_is_carried_unless_the_file_says_otherwise():
+    as_carried = RulesConfig(transit_clearance_m=3.0).rules(has_crane=True)
+    assert (as_carried.upending_clearance_m, as_carried.turning_clearance_m) == (3.0, 3.0)
+    assert not {"upending_clearance_m", "turning_clearance_m"} & set(as_carried.gives_way)
+    own = RulesConfig(upending_clearance_m=1.0).rules(has_crane=True)
+    assert (own.transit_clearance_m, own.upending_clearance_m, own.turning_clearance_m) == (2.0, 1.0, 2.0)
+    assert "turning_clearance_m" in own.gives_way
+    assert "upending_clearance_m" not in own.gives_way
 
 
 @pytest.mark.parametrize(("crane", "clearance_m"), [("", 2.0), ('[crane]\nkind = "none"\n', 0.0)])
@@ -57,8 +73,8 @@ def test_a_site_without_a_crane_keeps_no_clearance(crane, clearance_m):
 
 def test_a_default_gives_way_and_a_value_does_not():
     given = RulesConfig(rope_clearance_m=1.0).rules(has_crane=True)
-    assert [given.kept_m(rule, Kept(0.5, 0.25)) for rule in CLEARANCES] == [0.5, 1.0]
-    assert [given.kept_m(rule, ALL_KEPT) for rule in CLEARANCES] == [2.0, 1.0]
+    assert [given.kept_m(rule, Kept(0.5, 0.25)) for rule in CLEARANCES[:2]] == [0.5, 1.0]
+    assert [given.kept_m(rule, ALL_KEPT) for rule in CLEARANCES] == [2.0, 1.0, 0.5, 0.5, 2.0, 2.0]
 
 
 def test_the_units_are_the_known_ones():
