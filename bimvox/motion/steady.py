@@ -20,7 +20,6 @@ from bimvox.motion.swing import (
     STEP_S,
     Pendulum,
     Swing,
-    hanging_on,
     left_m,
     swing_of,
 )
@@ -123,7 +122,7 @@ class Swaying:
     Attributes:
         time_s: (N,) float64.
         axes: (N, 3) float64 slew (rad), radius (m), height (m).
-        swing: At these times.
+        swing: At these times; its amplitude only when a move begins or ends, and in the end.
         pendulum: What hangs on the hook.
     """
 
@@ -138,7 +137,8 @@ class Swaying:
         if not others:
             return self
         worst = others[int(np.argmax(self._left_off_m(crane)))]
-        return replace(self, swing=swing_of(crane, self.axes, self._step_s, worst), pendulum=worst)
+        wanted = np.isfinite(self.swing.amplitude_m)
+        return replace(self, swing=swing_of(crane, self.axes, self._step_s, worst, wanted), pendulum=worst)
 
     def left_off_m(self, crane: TowerCrane) -> float:
         """Return how far the load swings in the end, at most, if it and its rope are not what is planned."""
@@ -149,7 +149,7 @@ class Swaying:
         return float(self.time_s[-1] - self.time_s[0]) / (len(self.time_s) - 1)
 
     def _left_off_m(self, crane: TowerCrane) -> list[float]:
-        ways = (left_m(self.axes, hanging_on(crane, other), self._step_s) for other in self.pendulum.off)
+        ways = left_m(crane, self.axes, self._step_s, self.pendulum.off) if self.pendulum.off else ()
         return [float(np.sqrt((way[:4] ** 2).sum()) + np.sqrt((way[4:] ** 2).sum())) for way in ways]
 
     def left_by(self, timeline: Timeline, move: int) -> float:
@@ -157,15 +157,22 @@ class Swaying:
         swings = timeline.course.swings[move + 1 :]
         later = [start for start, other in zip(timeline.start_s[move + 1 :], swings, strict=True) if other]
         until_s = min([timeline.end_s[move], *later[:1]])
-        at = min(int(np.searchsorted(self.time_s, until_s)), len(self.time_s) - 1)
-        return float(self.swing.amplitude_m[at])
+        return float(self.swing.amplitude_m[_at(self.time_s, np.array([until_s]))[0]])
 
 
 def swaying(timeline: Timeline, pendulum: Pendulum, spacing_m: float) -> Swaying:
     """Return a timeline with the swing of its load; the hook moves at most ``spacing_m`` from one time to the next."""
     time_s, axes = _evenly(timeline, spacing_m)
-    swing = swing_of(timeline.crane, axes, timeline.duration_s / (len(time_s) - 1), pendulum)
+    wanted = np.zeros(len(time_s), np.bool_)
+    wanted[_at(time_s, np.array([*timeline.start_s, *timeline.end_s, np.inf]))] = True
+    swing = swing_of(timeline.crane, axes, timeline.duration_s / (len(time_s) - 1), pendulum, wanted)
     return Swaying(time_s, axes, swing, pendulum)
+
+
+def _at(time_s: NDArray[np.float64], times_s: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return at which of ascending times each of others has come, the last one if none of them."""
+    at: NDArray[np.int64] = np.minimum(np.searchsorted(time_s, times_s), len(time_s) - 1)
+    return at
 
 
 def _evenly(timeline: Timeline, spacing_m: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -234,14 +241,14 @@ def steadied(crane: TowerCrane, moves: Sequence[Move], pendulum: Pendulum | None
 
 def _fitted(pacer: Pacer, timeline: Timeline, pendulum: Pendulum, calm: Calm) -> Timeline | None:
     """Return a timeline's moves in sequence, shaped together for its overlaps; None if no such shaping is found."""
-    hanging = [(hanging_on(timeline.crane, pendulum), 1.0)]
-    hanging += [(hanging_on(timeline.crane, pendulum.off[n]), _OFF_WEIGHT) for n in _FIT_OFF if pendulum.off]
+    others = [pendulum.off[n] for n in _FIT_OFF if pendulum.off]
+    hanging, weights = (pendulum, *others), np.array([1.0] + [_OFF_WEIGHT] * len(others))[:, None]
 
     def residual_m(calms: tuple[Calm, ...]) -> NDArray[np.float64]:
         shaped = overlapping_as(pacer.in_sequence(calms), timeline)
         time_s, axes = _evenly(shaped, np.inf)
         step_s = shaped.duration_s / (len(time_s) - 1)
-        return np.concatenate([weight * left_m(axes, one, step_s) for one, weight in hanging])
+        return (weights * left_m(timeline.crane, axes, step_s, hanging)).ravel()
 
     at_rest_m = _OFF_AT_REST_M if pendulum.off else _AT_REST_M
     calms = cancelled(timeline.course.swings, residual_m, calm, at_rest_m)

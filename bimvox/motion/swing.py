@@ -9,6 +9,7 @@ b'' = (g - l'') ((1 + m) / l (p - b) + m / s (q - b)), q'' = (g - l'') / s (b - 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import pi, sqrt
 from typing import NamedTuple
@@ -240,22 +241,39 @@ def hanging_on(crane: TowerCrane, pendulum: Pendulum | None) -> Hanging:
     return Hanging(pendulum is not None, x_m, y_m, *exits, below_hook_m, GRAVITY_M_S2, ratio, share)
 
 
-def swing_of(crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendulum: Pendulum) -> Swing:
-    """Return the swing of a load that is at rest at the start, for (N, 3) axes ``step_s`` apart, ``STEP_S`` at most."""
-    return Swing(*_swung(axes, hanging_on(crane, pendulum), step_s, True))
+def swing_of(
+    crane: TowerCrane,
+    axes: NDArray[np.float64],
+    step_s: float,
+    pendulum: Pendulum,
+    wanted: NDArray[np.bool_] | None = None,
+) -> Swing:
+    """Return the swing of a load that is at rest at the start, for (N, 3) axes ``step_s`` apart, ``STEP_S`` at most.
+
+    ``wanted``: (N,) at which samples the amplitude is; it is NaN at the others. None: at all.
+    """
+    wanted = np.ones(len(axes), np.bool_) if wanted is None else wanted
+    return Swing(*_swung(axes, hanging_on(crane, pendulum), step_s, wanted))
+
+
+def left_m(
+    crane: TowerCrane, axes: NDArray[np.float64], step_s: float, pendulums: Sequence[Pendulum]
+) -> NDArray[np.float64]:
+    """Return (N, 8) what is left of the swing of each of N pendulums in the end, as amplitudes in m.
+
+    That is position and speed of the load in its slow and in its fast swing. The pendulums are loads of ``swing_of``,
+    or one point on a rope, which has no fast swing.
+    """
+    hanging = hanging_on(crane, pendulums[0])
+    if hanging.load_ratio > 0.0:
+        return _left_m(axes, hanging._replace(rope_share=1.0), step_s, np.array(pendulums))
+    return _left_of_point_m(axes, hanging, step_s)[None]
 
 
 @kernel
-def left_m(axes: NDArray[np.float64], hanging: Hanging, step_s: float) -> NDArray[np.float64]:
-    """Return (8,) position and speed of the load at the end, in its slow and in its fast swing, as amplitudes in m.
-
-    The load of ``swing_of``; a point on a rope has no fast swing.
-    """
+def _left_of_point_m(axes: NDArray[np.float64], hanging: Hanging, step_s: float) -> NDArray[np.float64]:
     left = np.zeros(8)
-    if hanging.load_ratio > 0.0:
-        left[:] = _double_swing(axes, hanging, step_s, False)[2]
-        return left
-    offset_m, _ = _swing(axes, hanging, step_s, False)
+    offset_m, _ = _swing(axes, hanging, step_s, np.zeros(0, np.bool_))
     per_s = np.sqrt(hanging.gravity_m_s2 / _length_m(hanging, axes[-1, 1], axes[-1, 2]))
     left[:2] = offset_m[-1]
     left[2:4] = (offset_m[-1] - offset_m[-2]) / step_s / per_s
@@ -275,7 +293,7 @@ def sways_free(
         hanging: The load on its rope.
         step_s: As for ``swing_of``.
     """
-    beyond_m = _beyond(_swung(axes, hanging, step_s, False)[0], PLANNED_RESIDUAL_M)
+    beyond_m = _beyond(_swung(axes, hanging, step_s, np.zeros(0, np.bool_))[0], PLANNED_RESIDUAL_M)
     swings = (beyond_m[:, 0] != 0.0) | (beyond_m[:, 1] != 0.0)
     return swaying_is_free(space, load, axes, beyond_m / load.voxel_size_m, swings, True) < 0
 
@@ -304,12 +322,16 @@ def _points(axes: NDArray[np.float64], x_m: float, y_m: float) -> NDArray[np.flo
 
 @kernel
 def _swing(
-    axes: NDArray[np.float64], hanging: Hanging, step_s: float, with_amplitude: bool
+    axes: NDArray[np.float64], hanging: Hanging, step_s: float, wanted: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Velocity Verlet over evenly spaced samples; the amplitudes, if wanted, otherwise zeros for none."""
+    """Velocity Verlet over evenly spaced samples.
+
+    Returns offsets, and amplitudes at the samples that are ``wanted``, (N,); NaN at the others. (0,): none.
+    """
     point_m = _points(axes, hanging.x_m, hanging.y_m)
     n = point_m.shape[0]
-    offset, amplitude = np.zeros((n, 2)), np.zeros(n if with_amplitude else 0)
+    offset, amplitude = np.zeros((n, 2)), np.full(wanted.shape[0], np.nan)
+    amplitude[:1] = 0.0
     qx, qy = point_m[0, 0], point_m[0, 1]
     vx, vy, ax, ay = 0.0, 0.0, 0.0, 0.0
     half = 0.5 * step_s
@@ -330,7 +352,7 @@ def _swing(
         vy += half * (ay - stiffness * y)
         ax, ay = -stiffness * x, -stiffness * y
         offset[i, 0], offset[i, 1] = x, y
-        if not with_amplitude:
+        if not (wanted.shape[0] and wanted[i]):
             continue
         span_s = step_s * (after - i + 1)
         ux = vx - (point_m[after, 0] - point_m[i - 1, 0]) / span_s
@@ -341,13 +363,13 @@ def _swing(
 
 @kernel
 def _swung(
-    axes: NDArray[np.float64], hanging: Hanging, step_s: float, with_amplitude: bool
+    axes: NDArray[np.float64], hanging: Hanging, step_s: float, wanted: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return offsets and, if wanted, amplitudes of a load or of a point on a rope."""
+    """Return offsets and amplitudes of a load, or of a point on a rope; see ``_swing``."""
     if hanging.load_ratio > 0.0:
-        offset_m, amplitude_m, _ = _double_swing(axes, hanging, step_s, with_amplitude)
+        offset_m, amplitude_m = _double_swing(axes, hanging, step_s, wanted)
         return offset_m, amplitude_m
-    return _swing(axes, hanging, step_s, with_amplitude)
+    return _swing(axes, hanging, step_s, wanted)
 
 
 @inline_kernel
@@ -370,15 +392,16 @@ def _rope_m(hanging: Hanging, radius_m: float, height_m: float) -> float:
 
 @kernel
 def _double_swing(
-    axes: NDArray[np.float64], hanging: Hanging, step_s: float, with_amplitude: bool
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return offsets, amplitudes as for a point, and (8,) what is left in the end, as ``left_m`` does.
+    axes: NDArray[np.float64], hanging: Hanging, step_s: float, wanted: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return offsets and amplitudes, as ``_swing`` does for a point.
 
     By the trapezoidal rule, which adds no energy, however fast the block swings below a heavy load.
     """
     point_m = _points(axes, hanging.x_m, hanging.y_m)
     n = point_m.shape[0]
-    offset, amplitude, left = np.zeros((n, 2)), np.zeros(n if with_amplitude else 0), np.zeros(8)
+    offset, amplitude, left = np.zeros((n, 2)), np.full(wanted.shape[0], np.nan), np.zeros(8)
+    amplitude[:1] = 0.0
     ratio, slings_m = hanging.load_ratio, hanging.below_hook_m
     block, load = point_m[0].copy(), point_m[0].copy()
     block_v, load_v, block_a, load_a = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)
@@ -407,22 +430,86 @@ def _double_swing(
             load_v[k] += half * (load_a[k] + q_a)
             block[k], load[k], block_a[k], load_a[k] = b, q, b_a, q_a
             offset[i, k] = q - p
-        if not (with_amplitude or i == n - 1):
+        if not (wanted.shape[0] and wanted[i]):
             continue
-        # What either swing adds to the load's offset: the spectral projections of the matrix of the system.
         slow, fast = _squared_rates(rope_m, slings_m, ratio, pull)
-        span_s, apart = step_s * (after - i + 1), fast - slow
+        span_s = step_s * (after - i + 1)
         for k in range(2):
             moves = (point_m[after, k] - point_m[i - 1, k]) / span_s
             b, q = block[k] - point_m[i, k], load[k] - point_m[i, k]
-            b_v, q_v = block_v[k] - moves, load_v[k] - moves
-            left[k] = ((fast - down) * q + down * b) / apart
-            left[2 + k] = ((fast - down) * q_v + down * b_v) / apart / np.sqrt(slow)
-            left[4 + k] = ((down - slow) * q - down * b) / apart
-            left[6 + k] = ((down - slow) * q_v - down * b_v) / apart / np.sqrt(fast)
-        if with_amplitude:
-            amplitude[i] = np.sqrt((left[:4] ** 2).sum()) + np.sqrt((left[4:] ** 2).sum())
-    return offset, amplitude, left
+            left[k::2] = _by_swing(b, q, block_v[k] - moves, load_v[k] - moves, down, slow, fast)
+        amplitude[i] = np.sqrt((left[:4] ** 2).sum()) + np.sqrt((left[4:] ** 2).sum())
+    return offset, amplitude
+
+
+@inline_kernel
+def _by_swing(
+    block: float, load: float, block_v: float, load_v: float, down: float, slow: float, fast: float
+) -> tuple[float, float, float, float]:
+    """Return position and speed of a load in its slow and in its fast swing, as amplitudes in m.
+
+    They are the spectral projections of the matrix of the system. ``slow, fast``: the squared rates.
+    """
+    apart = fast - slow
+    return (
+        ((fast - down) * load + down * block) / apart,
+        ((fast - down) * load_v + down * block_v) / apart / np.sqrt(slow),
+        ((down - slow) * load - down * block) / apart,
+        ((down - slow) * load_v - down * block_v) / apart / np.sqrt(fast),
+    )
+
+
+@kernel
+def _left_m(
+    axes: NDArray[np.float64], hanging: Hanging, step_s: float, pendulums: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return (N, 8) what ``_double_swing`` leaves of (N, 3) pendulums, in one pass over the samples.
+
+    The numbers are the same to the last bit. ``hanging``: any of them, on the whole rope.
+    """
+    point_m = _points(axes, hanging.x_m, hanging.y_m)
+    n, count = point_m.shape[0], pendulums.shape[0]
+    slings_m, ratio, share = pendulums[:, 0].copy(), pendulums[:, 1].copy(), pendulums[:, 2].copy()
+    left = np.zeros((count, 8))
+    # The innermost loops go over the pendulums, none of which waits for another.
+    up, below, down, det = np.empty(count), np.empty(count), np.empty(count), np.empty(count)
+    block, rates = np.empty((2, count)), np.zeros((4, 2, count))
+    block[0], block[1] = point_m[0, 0], point_m[0, 1]
+    load, block_v, load_v, block_a, load_a = block.copy(), rates[0], rates[1], rates[2], rates[3]
+    quarter, half = 0.25 * step_s * step_s, 0.5 * step_s
+    shorter_m = rope_m = _rope_m(hanging, axes[0, 1], axes[0, 2])
+    longer_m = _rope_m(hanging, axes[min(1, n - 1), 1], axes[min(1, n - 1), 2])
+    for i in range(1, n):
+        after = min(i + 1, n - 1)
+        shorter_m, rope_m = rope_m, longer_m
+        if after > i:
+            longer_m = _rope_m(hanging, axes[after, 1], axes[after, 2])
+        for v in range(count):
+            bend = (share[v] * longer_m - 2.0 * (share[v] * rope_m) + share[v] * shorter_m) / step_s**2
+            pull = hanging.gravity_m_s2 - (bend if after > i else 0.0)
+            up[v] = (1.0 + ratio[v]) * pull / (share[v] * rope_m)
+            below[v], down[v] = ratio[v] * pull / slings_m[v], pull / slings_m[v]
+            det[v] = (1.0 + quarter * (up[v] + below[v])) * (1.0 + quarter * down[v])
+            det[v] -= quarter * quarter * below[v] * down[v]
+        for k in range(2):
+            p = point_m[i, k]
+            for v in range(count):
+                r = block[k, v] + step_s * block_v[k, v] + quarter * (block_a[k, v] + up[v] * p)
+                s = load[k, v] + step_s * load_v[k, v] + quarter * load_a[k, v]
+                b = (r * (1.0 + quarter * down[v]) + s * quarter * below[v]) / det[v]
+                q = (s * (1.0 + quarter * (up[v] + below[v])) + r * quarter * down[v]) / det[v]
+                b_a, q_a = up[v] * (p - b) + below[v] * (q - b), down[v] * (b - q)
+                block_v[k, v] += half * (block_a[k, v] + b_a)
+                load_v[k, v] += half * (load_a[k, v] + q_a)
+                block[k, v], load[k, v], block_a[k, v], load_a[k, v] = b, q, b_a, q_a
+    for v in range(count):
+        level = hanging.gravity_m_s2 / slings_m[v]
+        slow, fast = _squared_rates(share[v] * rope_m, slings_m[v], ratio[v], hanging.gravity_m_s2)
+        for k in range(2):
+            moves = (point_m[n - 1, k] - point_m[n - 2, k]) / step_s
+            b, q = block[k, v] - point_m[n - 1, k], load[k, v] - point_m[n - 1, k]
+            left[v, k::2] = _by_swing(b, q, block_v[k, v] - moves, load_v[k, v] - moves, level, slow, fast)
+    return left
 
 
 @kernel

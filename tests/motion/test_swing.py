@@ -15,6 +15,7 @@ from named_cranes import default_crane
 from bimvox.crane.tower_crane import AxisLimits, CranePose
 from bimvox.crane.travel import point_to_point_s
 from bimvox.errors import PlanningError
+from bimvox.motion import swing
 from bimvox.motion.drive import drive_path
 from bimvox.motion.move import Line, Move
 from bimvox.motion.profile import LADDER
@@ -149,6 +150,23 @@ def test_a_motion_that_rests_only_if_all_is_as_planned_is_refused(shaped, monkey
     found = next(check for check in verify_motions(plan, motions).checks if not check.passed)
     assert found.name == "swing"
     assert "with rope and mass off by 10 % the load swings" in found.failures[0]
+
+
+def test_what_several_pendulums_leave_is_what_each_leaves_by_itself(shaped):
+    (plan, motions), planned = shaped, Pendulum(3.0, 4.0)
+    crane, way = plan.site.cranes[0], motions[0].loaded
+    at_s = np.linspace(way.time_ns[0], way.time_ns[-1], 900) / 1e9
+    axes = np.stack([np.interp(at_s, way.time_ns / 1e9, one) for one in way.axes.T], axis=1)
+    step_s = float(at_s[1] - at_s[0])
+    wanted = np.arange(900) % 300 == 299
+    for pendulums in ((planned, *planned.off), (Pendulum(3.0),)):
+        for one, left in zip(pendulums, swing.left_m(crane, axes, step_s, pendulums), strict=True):
+            whole, some = (swing_of(crane, axes, step_s, one, at) for at in (None, wanted))
+            assert np.array_equal(some.offset_m, whole.offset_m)
+            assert np.array_equal(some.amplitude_m[wanted], whole.amplitude_m[wanted])
+            assert np.isfinite(whole.amplitude_m).all()
+            left_m = np.linalg.norm(left[:4]) + np.linalg.norm(left[4:])
+            assert left_m == pytest.approx(whole.amplitude_m[-1], rel=1e-9 if one.load_ratio else 0.05)
 
 
 @pytest.mark.parametrize("ratio", [0.2, 2.0, 20.0])
