@@ -18,6 +18,7 @@ from bimvox.records.lift import NOT_LIFTED, Lift, Status
 from bimvox.revision.current_plan import CurrentPlan, ObstructionChange, RevisionRequest
 from bimvox.revision.draft import Proof, RevisionDraft
 from bimvox.revision.versions import Once, Reading, Validity, Version, Versions, obstructed_cells
+from bimvox.site.default_rules import ALL_KEPT
 
 
 class CraneWork(Protocol):
@@ -188,6 +189,8 @@ class Replanning:
             if version is not None:
                 self.draft.paths[order] = version
             return was
+        if was.kept != ALL_KEPT and version is not None and not validity.reason_holds(version):
+            return None  # it may keep more now
         known = validity.path(was)
         if known is None:
             return None
