@@ -309,9 +309,10 @@ def storage(subject: Subject) -> Iterator[Remark]:
 def lorries(subject: Subject) -> Iterator[Remark]:
     """Yield a remark if lorries are not full on average, and why."""
     loads = loads_of(subject.site, (*subject.plan.lifts, *subject.context))
-    if loads.share is None or loads.least is None or loads.share >= FULL_LORRY:
+    if loads.share is None or loads.least is None or loads.mass_share is None or loads.share >= FULL_LORRY:
         return
-    why = f"their mass alone would take {loads.least:,}; the yard, the sequence and the beds for panels take more"
+    why = "the yard, the sequence and the beds for panels take more lorries"
     if loads.lorries <= loads.least:
-        why = "fewer cannot carry the mass of the parts"
+        why = "fewer lorries cannot carry them"
+    why = f"all parts weigh {loads.mass_share * loads.lorries:.1f} loads, and {why}"
     yield table.LORRIES_NOT_FULL(loads=loads.in_words, full=100.0 * FULL_LORRY, why=why)

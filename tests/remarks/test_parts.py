@@ -305,8 +305,8 @@ def test_what_a_person_carries_needs_no_separate_lift(mass_kg: float, said: str 
 
 
 @pytest.mark.parametrize(("payload_kg", "lorries", "why"), [
-    (24_000.0, "1 lorry, ", "fewer cannot carry the mass"),
-    (8_000.0, "2 lorries, ", "their mass alone would take 1; the yard"),
+    (24_000.0, "1 lorry, ", "weigh 0.3 loads, and fewer lorries cannot"),
+    (8_000.0, "2 lorries, ", "weigh 1.0 loads, and the yard"),
 ])  # fmt: skip
 def test_lorries_that_are_not_full_are_named_with_the_reason(payload_kg, lorries, why) -> None:
     site = slab_site(((4.0, 2.0, 0.2),) * 2, crane=False, rules={"truckload_kg": payload_kg})

@@ -114,6 +114,10 @@ def _with_areas(config: SiteConfig, **areas: object) -> SiteConfig:
 # A part takes the place with the least travel time from the part before and on to its own place. Those of its delivery
 # that are lifted before it have taken as much of the best of the yard as they cover. A part that the crane can pick
 # only if it lies turned by a quarter lies so.
+#
+# One pick is up to 20 s off, half of them by less than 7 s, and all together by 0.4 to 0.7 % of the crane time: only
+# placing every part tells where deliveries end and how parts of unequal size fill a yard. A factor for what stays free
+# between them does not help: 1.8 suits prefab.ifc (its sum is off by 0.0 instead of 0.4 %), 0.8 suits hall.ifc.
 
 
 class Picks:

@@ -113,7 +113,8 @@ class MachineCosts(Table):
 class CostsConfig(Table):
     """What cranes, crew and lorries cost, to compare set-ups. Defaults are rough: replace them by offers.
 
-    Crew is paid for the hours on the hook, lifts and unloading. Hire is paid for every period that is begun.
+    Crew is paid for the hours on the hook, lifts and unloading. Hire is paid for every period of these hours that is
+    begun; waits for concrete and days lost to wind are not in them.
     """
 
     currency: Annotated[Text, Field(max_length=12)] = "EUR"
