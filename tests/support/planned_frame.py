@@ -35,6 +35,7 @@ def write_site(folder: Path) -> Path:
     # Where those tests know its loads: without gaps and stacks, for one delivery, in the greedy order.
     text = re.sub(r"(?m)^\[yard\]\n(?:.+\n)+", "", text).replace("truckload_kg = 24000", "truckload_kg = 0")
     text = re.sub(r"(?m)^yard = .*$", "yard = [[[-1.5, -11], [8, -11], [8, -2], [-1.5, -2]]]", text)
+    text = re.sub(r"(?m)^access = .*$", "access = [[[-6, -5], [-2, -5], [-2, 11.5], [-6, 11.5]]]", text)
     text = re.sub(r"(?m)^base_m = \[.*?\]", "base_m = [-4, -4, 0]", text)
     text = text.replace("search = true", "search = false")
     site.write_text(text, encoding="utf-8")
