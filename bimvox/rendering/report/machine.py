@@ -149,7 +149,7 @@ def _near_rest(rules: dict[str, Any], lifts: Sequence[dict[str, Any]]) -> str:
     words = [
         f"parts upended {rules['upending_clearance_m']:g} m and turned {rules['turning_clearance_m']:g} m from "
         f"everything; straight up {rules['departure_clearance_m']:g} m and on the last moves "
-        f"{rules['approach_clearance_m']:g} m from what is not beside the part at rest, up to 1 m above it"
+        f"{rules['approach_clearance_m']:g} m from what is not next to the part at rest, up to 1 m above it"
     ]
     for what in ("upending", "turning", "departure", "approach"):
         words += _less(f"loads ({what})", [lift[f"{what}_clearance_m"] for lift in lifts])
