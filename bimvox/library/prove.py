@@ -9,6 +9,7 @@ from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError, NoPlanError, listed
 from bimvox.library.hand_over import handed_over, preparation_of
+from bimvox.motion.props import props_of
 from bimvox.motion.steps import steps_of
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
@@ -20,6 +21,7 @@ from bimvox.progress import Progress
 from bimvox.proof.clock import verify_steps
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import triangles_of, verify_plan
+from bimvox.proof.props import verify_props
 from bimvox.proof.values import check_motion_values, check_values
 from bimvox.records.lift import NOT_DRIVEN, LiftPlan, Method, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
@@ -252,6 +254,11 @@ class _Attempts:
         steps = steps_of(made.site, made.lifts, motions)
         if steps != Steps() or made.site.rules.curing is not None:
             of_motions = Verification((*of_motions.checks, verify_steps(made, motions, steps, store)))
+        if not of_motions.verified:
+            return refusals(of_motions)
+        if made.site.rules.props is not None:
+            props = props_of(made.site, made.lifts, motions, steps)
+            of_motions = Verification((*of_motions.checks, verify_props(made, motions, steps, props, store)))
         if not of_motions.verified:
             return refusals(of_motions)
         return Planned(made, motions, Verification((values, *of_plan.checks[1:], *of_motions.checks)))

@@ -14,7 +14,7 @@ from bimvox.library.plan_value import Plan
 from bimvox.library.search import with_search
 from bimvox.log import schema as topics
 from bimvox.log.check import check_commands, check_digests, check_joint_states, check_load_poses
-from bimvox.log.codec import steps_from_json
+from bimvox.log.codec import derived_from_json
 from bimvox.log.mcap.form_check import form_faults
 from bimvox.log.mcap.reader import Contents, read_contents, read_file
 from bimvox.log.plan_log import PlanLog
@@ -24,8 +24,10 @@ from bimvox.progress import Listener, Progress, progress_of
 from bimvox.proof.carried_out import check_carried_out
 from bimvox.proof.clock import verify_steps
 from bimvox.proof.over_time import not_current, verify_motions_over_time, verify_plan_over_time
+from bimvox.proof.props import verify_props
 from bimvox.proof.values import check_values, with_coverage
 from bimvox.records.proof import Verification
+from bimvox.records.props import Props
 from bimvox.records.steps import Steps
 from bimvox.site.site import names_by_id, with_names
 from bimvox.undisturbed import uncollected
@@ -127,10 +129,11 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
 
     ``contents``: the log's messages and attachments, all topics.
     """
-    stated = contents.attachments.get(topics.STEPS_FILE)
-    steps = None if stated is None else steps_from_json(stated, "the log")
+    files = contents.attachments
+    steps = derived_from_json(Steps, files[topics.STEPS_FILE], "the log") if topics.STEPS_FILE in files else None
+    props = derived_from_json(Props, files[topics.PROPS_FILE], "the log") if topics.PROPS_FILE in files else None
     with workers_of(record.plan.site, None) as workers, workers.knowing(*constants_of(record.plan.site)):
-        proven = prove_plan(record, progress, steps, workers)
+        proven = prove_plan(record, progress, steps, props, workers)
     if not proven.checks[0].passed:
         return proven
     progress.stage("log")
@@ -151,13 +154,18 @@ def prove(contents: Contents, record: PlanLog, progress: Progress) -> Verificati
 
 
 def prove_plan(
-    record: PlanLog, progress: Progress, stated: Steps | None = None, workers: Workers = ALONE
+    record: PlanLog,
+    progress: Progress,
+    stated: Steps | None = None,
+    stated_props: Props | None = None,
+    workers: Workers = ALONE,
 ) -> Verification:
     """Prove a plan, its motions, and how it was carried out, if the record says so and the plan is proven.
 
     If its values make no sense, that is the only check: nothing follows from them.
 
-    ``stated``: the steps that its log states. Default: those that follow from the plan.
+    ``stated``, ``stated_props``: the steps, and what holds parts, that its log states. Default: what follows from the
+    plan.
     """
     progress.stage("plan")
     values = check_values(record.plan, record.motions, record.context)
@@ -174,7 +182,10 @@ def prove_plan(
     is_whole = not record.context and len(record.motions) == len(record.planned)
     any_steps = steps != Steps() or (is_whole and record.plan.site.rules.curing is not None)
     of_steps = (verify_steps(record.plan, record.motions, steps, store),) if any_steps else ()
-    checks = (values, *with_coverage(record.plan, (*of_plan, *of_motions, *of_steps)))
+    props = record.props if stated_props is None else stated_props
+    any_props = props != Props() or (is_whole and record.plan.site.rules.props is not None)
+    of_props = (verify_props(record.plan, record.motions, steps, props, store),) if any_props else ()
+    checks = (values, *with_coverage(record.plan, (*of_plan, *of_motions, *of_steps, *of_props)))
     if record.carried_out is not None and Verification(checks).verified:
         checks += check_carried_out(record.plan, record.motions, record.carried_out)
     return _named(Verification(checks, not_current(record.plan, record.motions)), record)

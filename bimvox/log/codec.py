@@ -14,12 +14,13 @@ import typing
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.errors import LogFileError
+from bimvox.records.props import Props
 from bimvox.records.steps import Steps
 from bimvox.sparse import names_to_write
 
@@ -196,16 +197,18 @@ def _is_size(value: Any) -> bool:
     return type(value) is int and 0 <= value < 2**48
 
 
-# The steps of work that the crane does not do, as JSON inside the log.
+# The steps of work that the crane does not do, and what holds parts, as JSON inside the log.
+
+Derived = TypeVar("Derived", Steps, Props)
 
 
-def steps_to_json(steps: Steps) -> bytes:
-    """Return steps and pauses as JSON."""
-    return json.dumps(encode(steps, ArrayWriter()), indent=1).encode()
+def derived_to_json(value: Steps | Props) -> bytes:
+    """Return steps and pauses, or what holds the parts, as JSON."""
+    return json.dumps(encode(value, ArrayWriter()), indent=1).encode()
 
 
-def steps_from_json(data: bytes, name: str) -> Steps:
-    """Return the steps of a log.
+def derived_from_json(kind: type[Derived], data: bytes, name: str) -> Derived:
+    """Return what a log says of steps or of what holds its parts.
 
     ``name``: its source, for messages.
 
@@ -213,7 +216,7 @@ def steps_from_json(data: bytes, name: str) -> Steps:
         LogFileError: If it is damaged.
     """
     try:
-        result: Steps = decode(Steps, json.loads(data), ArrayReader({}), "steps")
+        result: Derived = decode(kind, json.loads(data), ArrayReader({}), kind.__name__.lower())
     except (ValueError, RecursionError) as error:
-        raise LogFileError(name, f"the steps in it cannot be read: {error}") from error
+        raise LogFileError(name, f"the {kind.__name__.lower()} in it cannot be read: {error}") from error
     return result

@@ -16,12 +16,14 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from bimvox.errors import ConfigError, SelectionError
+from bimvox.motion.props import props_of_log
 from bimvox.motion.steps import steps_of_log
 from bimvox.records.dates import PlanDates, dates_of
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import TRACKS, CarriedOut, LiftMotion
 from bimvox.records.programme import against_programme
 from bimvox.records.proof import Remark, Severity
+from bimvox.records.props import Props
 from bimvox.records.steps import Steps
 from bimvox.remarks.remarks import remarks_if_sensible
 from bimvox.remarks.rules import late
@@ -122,6 +124,11 @@ class PlanLog:
     def steps(self) -> Steps:
         """The steps of work that the crane does not do, and its pauses; none of an extract, because all lifts count."""
         return steps_of_log(self.plan, self.motions, self.context)
+
+    @cached_property
+    def props(self) -> Props:
+        """What holds the lifted parts when they are released; nothing of an extract, because all lifts count."""
+        return props_of_log(self.plan, self.motions, self.context, self.steps)
 
     @cached_property
     def remarks(self) -> tuple[Remark, ...] | None:

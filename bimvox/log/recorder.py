@@ -11,7 +11,7 @@ from bimvox.errors import InputError
 from bimvox.log import schema as topics
 from bimvox.log.bundle import site_to_bytes
 from bimvox.log.carried_out import carried_out_rows, carried_out_to_json
-from bimvox.log.codec import steps_to_json
+from bimvox.log.codec import derived_to_json
 from bimvox.log.layout import layout_bytes
 from bimvox.log.mcap.packed import Block, Rows, Timed, merged
 from bimvox.log.mcap.writer import LogWriter
@@ -25,6 +25,7 @@ from bimvox.log.segments import is_segment
 from bimvox.log.transforms import voxel_grid
 from bimvox.records.lift import LiftPlan
 from bimvox.records.motion import LiftMotion
+from bimvox.records.props import Props
 from bimvox.records.steps import Steps
 from bimvox.workers import ALONE, Workers
 
@@ -153,7 +154,9 @@ def own_attachments(
     if record.motions:
         yield topics.MOTION_FILE, motions_to_json(record.motions)
     if record.steps != Steps():
-        yield topics.STEPS_FILE, steps_to_json(record.steps)
+        yield topics.STEPS_FILE, derived_to_json(record.steps)
+    if record.props != Props():
+        yield topics.PROPS_FILE, derived_to_json(record.props)
     if record.carried_out is not None:
         yield topics.CARRIED_OUT_FILE, carried_out_to_json(record.carried_out)
     for number, crane in enumerate(record.plan.site.cranes):

@@ -52,6 +52,7 @@ CHART_FILE = "load_chart.json"
 MOTION_FILE = "motions.json"
 LAYOUT_FILE = "foxglove.layout.json"
 STEPS_FILE = "steps.json"
+PROPS_FILE = "props.json"
 REMARKS_FILE = "remarks.json"
 CARRIED_OUT_FILE = "carried_out.json"
 MEDIA_TYPES = {
@@ -62,6 +63,7 @@ MEDIA_TYPES = {
     CHART_FILE: "application/json",
     LAYOUT_FILE: "application/json",
     STEPS_FILE: "application/json",
+    PROPS_FILE: "application/json",
     REMARKS_FILE: "application/json",
     CARRIED_OUT_FILE: "application/json",
     **{f"crane_{n}.{URDF_FILE.removeprefix('crane.')}": "application/xml" for n in range(2, MOST_CRANES + 1)},

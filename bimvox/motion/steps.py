@@ -36,7 +36,7 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
     works = any(lift.is_set_otherwise for lift in lifts)
     if not by_order or not (works or site.rules.curing is not None):
         return Steps()
-    resting = _Resting(site, lifts)
+    resting = Resting(site, lifts)
     steps: list[Step] = []
     pauses: list[Pause] = []
     carries_ns: dict[int, int] = {}
@@ -99,7 +99,7 @@ def may_pause(plan: LiftPlan) -> frozenset[int]:
     }
     if not works and not cures:
         return frozenset()
-    resting = _Resting(plan.site, lifts)
+    resting = Resting(plan.site, lifts)
 
     def may(lift: Lift) -> bool:
         waited_for = works | cures if waits_for_joints(rules.curing, parts[lift.component]) else works
@@ -108,8 +108,8 @@ def may_pause(plan: LiftPlan) -> frozenset[int]:
     return frozenset(lift.order for lift in lifts if lift.status is Status.PLANNED and may(lift))
 
 
-class _Resting:
-    """Which parts rest on which, by their cells.
+class Resting:
+    """Which parts rest on which, and where, by their cells.
 
     Args:
         site: The site.
@@ -144,18 +144,30 @@ class _Resting:
         over = earlier & ((self._low[:, :2] < high[:2]) & (self._high[:, :2] > low[:2])).all(axis=1)
         close = (self._low[:, 2] <= high[2]) & (self._high[:, 2] >= low[2] - self._gap_vox)
         found = {n for n in np.flatnonzero(over & close).tolist() if self._carries(n, number)}
-        if held and not found and not self._is_grounded(part):
+        if held and not found and not self.is_grounded(part):
             near = earlier & ((self._low <= high) & (self._high >= low)).all(axis=1)
             found.update(np.flatnonzero(near).tolist())
         found.update(other for other in self._asked.get(number, ()) if earlier[other])
         return tuple(sorted(found))
 
+    def bearing(self, number: int) -> NDArray[np.int64]:
+        """Return the (N, 2) columns in which a part is on earlier ones, on the ground or over structure."""
+        found = [self._borne(other, number) for other in self.on(number, held=False)]
+        ground = self._over_ground(self._site.components[number])[:, :2].astype(np.int64)
+        return np.asarray(np.unique(np.concatenate([ground, *found]), axis=0), np.int64)
+
     def _carries(self, other: int, part: int) -> bool:
         """Return whether an underside of a part is on top of another one, or at most the support gap above it."""
+        return bool(len(self._borne(other, part)))
+
+    def _borne(self, other: int, part: int) -> NDArray[np.int64]:
+        """Return the (N, 2) columns in which it is."""
         low = np.maximum(self._low[part], self._low[other])[:2]
         high = np.minimum(self._high[part], self._high[other])[:2]
+        if (high <= low).any():
+            return np.zeros((0, 2), np.int64)
         above = self._profile(part, low, high)[0] - self._profile(other, low, high)[1]
-        return bool(((above >= -1) & (above <= self._gap_vox)).any())
+        return np.asarray(np.argwhere((above >= -1) & (above <= self._gap_vox)) + low, np.int64)
 
     def _profile(self, part: int, low: NDArray[np.int64], high: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...]:
         """Return the lowest and the highest cell of a part in a range of columns; far away where it has none."""
@@ -170,12 +182,16 @@ class _Resting:
         x, y = (slice(*ends) for ends in zip(low - self._low[part, :2], high - self._low[part, :2], strict=True))
         return tuple(profile[x, y] for profile in self._profiles[part])
 
-    def _is_grounded(self, part: Component) -> bool:
+    def is_grounded(self, part: Component) -> bool:
         """Return whether a part is on the ground or over a structure."""
-        cells = part.shape.cells + np.array(part.target_vox)
+        return bool(len(self._over_ground(part)))
+
+    def _over_ground(self, part: Component) -> NDArray[np.int32]:
+        """Return the (N, 3) cells of a part that are on the ground or over a structure."""
+        cells = part.shape.cells + np.array(part.target_vox, np.int32)
         below = self._site.labels[cells[:, 0], cells[:, 1], np.maximum(cells[:, 2] - 1, 0)]
         over = cells[:, 2] - self._site.ground_vox[cells[:, 0], cells[:, 1]]
-        return bool((over <= self._gap_vox).any() or (below == Label.STRUCTURE).any())
+        return np.asarray(cells[(over <= self._gap_vox) | (below == Label.STRUCTURE)], np.int32)
 
 
 def _earlier(step: Step, by_ns: int) -> Step:

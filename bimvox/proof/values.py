@@ -152,6 +152,12 @@ class _Range(NamedTuple):
 
 
 _MOVES = _Range(0.0, 1e9)
+_PROPS = {
+    "wind_kn_m2": _Range(0.0, 1e3),
+    "clearance_m": _Range(0.0, 10.0),
+    "shore_spacing_m": _Range(0.0, 100.0, with_low=False),
+    "plank_m": _Range(0.0, _FAR_M),
+}
 _RULES = {
     "clearance_m": _Range(0.0, _FAR_M),
     "contact_tolerance_m": _Range(0.0, MOST_CONTACT_TOLERANCE_M),
@@ -339,6 +345,12 @@ def _check_rules(check: Check, rules: Rules) -> None:
     if rules.curing is not None:
         for own_h in fields(rules.curing)[:-1]:
             _within(check, f"site.rules.curing.{own_h.name}", getattr(rules.curing, own_h.name), _Range(0.0, 2e4))
+    if rules.props is not None:
+        for limit, most in _PROPS.items():
+            _within(check, f"site.rules.props.{limit}", getattr(rules.props, limit), most)
+        for one in rules.props.types:
+            for length in (one.least_m, one.most_m, one.load_kn):
+                _within(check, f"site.rules.props.types: {one.name}", length, _Range(0.0, _FAR_M, with_low=False))
     _within(check, "site.rules.casting.people", rules.casting.people, _Range(0.0, 1e4, with_low=False))
     _within(check, "site.rules.casting.hand_s", rules.casting.hand_s, _Range(0.0, _DAY_S))
     _within(check, "site.rules.casting.bundle_kg", rules.casting.bundle_kg, _Range(0.0, _HEAVY_KG))

@@ -335,6 +335,7 @@ def _with_fixed_digests(site: Site) -> Site:
             swing=SwingRule.SHAPED,
             crane_separation_m=Rules().crane_separation_m,
             yard=None,
+            props=None,
         ),
     )
     fixed = digest_of(

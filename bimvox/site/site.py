@@ -22,6 +22,7 @@ from bimvox.site.casting import FIELD_BUILDING, FIELD_CASTING, BuildingTimes, Ca
 from bimvox.site.component import Component
 from bimvox.site.crew_times import FIELD_TIMES, TimesByWork
 from bimvox.site.default_rules import Kept, YardRules
+from bimvox.site.props import PropRules
 from bimvox.sparse import SPARSE, names_to_write
 
 GROUND_ID = "ground"
@@ -97,6 +98,7 @@ class Rules:
     heading: HeadingRule = field(default=HeadingRule.KEPT, metadata=SPARSE)
     yard: YardRules | None = field(default=None, metadata=SPARSE)
     curing: Curing | None = field(default=None, metadata=SPARSE)
+    props: PropRules | None = field(default=None, metadata=SPARSE)
     order_search: bool = True
 
     def kept_m(self, rule: str, kept: Kept) -> float:

@@ -119,6 +119,7 @@ _ATTACHMENTS = {
     topics.URDF_FILE: "the crane as a URDF robot",
     topics.CHART_FILE: "capacity over radius",
     topics.STEPS_FILE: "work that the crane does not do (elapsed time), and the crane's pauses (its clock)",
+    topics.PROPS_FILE: "what holds each lifted part from its release on, its props, and when they go (elapsed time)",
     topics.CARRIED_OUT_FILE: "of `watch --traffic`: who moved, who decided, what happened",
     topics.REMARKS_FILE: "a list of `kind`, `severity`, `component`, `name`, `text`; not in segments of a watch",
     topics.LAYOUT_FILE: "panels for Foxglove-class viewers",

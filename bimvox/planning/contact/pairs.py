@@ -15,6 +15,7 @@ from collections.abc import Container
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import fcl
 import numpy as np
@@ -71,6 +72,30 @@ def collision_object(triangles_m: NDArray[np.float64]) -> fcl.CollisionObject:
     shape.addSubModel(triangles_m.reshape(-1, 3), np.arange(3 * len(triangles_m)).reshape(-1, 3))
     shape.endModel()
     return fcl.CollisionObject(shape)
+
+
+Collider: TypeAlias = fcl.CollisionObject
+"""A body of FCL."""
+
+
+def tube(radius_m: float, start_m: NDArray[np.float64], end_m: NDArray[np.float64]) -> Collider:
+    """Return the body of a cylinder around a line between two points."""
+    length_m = float(np.linalg.norm(end_m - start_m))
+    z = (end_m - start_m) / length_m
+    x = np.cross(z, np.eye(3)[int(np.argmin(np.abs(z)))])
+    x /= np.linalg.norm(x)
+    placed = fcl.Transform(np.column_stack([x, np.cross(z, x), z]), (start_m + end_m) / 2.0)
+    return fcl.CollisionObject(fcl.Cylinder(radius_m, length_m), placed)
+
+
+def ball(radius_m: float, middle_m: NDArray[np.float64]) -> Collider:
+    """Return the body of a ball."""
+    return fcl.CollisionObject(fcl.Sphere(radius_m), fcl.Transform(middle_m))
+
+
+def collide(one: Collider, other: Collider) -> bool:
+    """Return whether two bodies meet."""
+    return bool(fcl.collide(one, other))
 
 
 LEAST_GAP_M = 0.001

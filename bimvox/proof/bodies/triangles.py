@@ -394,7 +394,7 @@ class TriangleCheck:
     def _crosses_smaller(self, smaller: int, other: int) -> bool:
         """Return whether the surfaces of two solids cross or touch, the first one made smaller."""
         near = _near(_smaller(self._meshes[smaller]), *self._boxes[other])
-        return near is not None and bool(fcl.collide(fcl.CollisionObject(_shape_of(near)), self._fixed(other)))
+        return near is not None and bool(fcl.collide(fcl.CollisionObject(shape_of(near)), self._fixed(other)))
 
     def _check_no_fuller(self, check: Check, component: Component, offsets_m: NDArray[np.float64], other: int) -> None:
         """Check, if no depth works, that the pair never shares more cells than in the finished building.
@@ -438,12 +438,12 @@ class TriangleCheck:
     def _object(self, moving: bool, number: int) -> fcl.CollisionObject:
         key = (moving, number)
         if key not in self._objects:
-            self._objects[key] = fcl.CollisionObject(_shape_of(self._meshes[number]))
+            self._objects[key] = fcl.CollisionObject(shape_of(self._meshes[number]))
         return self._objects[key]
 
 
 @kept
-def _shape_of(mesh: TriangleMesh) -> fcl.BVHModel:
+def shape_of(mesh: TriangleMesh) -> fcl.BVHModel:
     """Return a mesh as a shape of FCL, which any number of its objects share."""
     shape = fcl.BVHModel()
     shape.beginModel(len(mesh.faces), len(mesh.vertices_m))
@@ -473,7 +473,7 @@ def _object_between(mesh: TriangleMesh, low_m: float, high_m: float) -> fcl.Coll
     inside = _reach_into(mesh.vertices_m[:, 2][mesh.faces], low_m, high_m)
     triangles = mesh.vertices_m[mesh.faces[inside] if inside.any() else mesh.faces]
     return fcl.CollisionObject(
-        _shape_of(TriangleMesh(triangles.reshape(-1, 3), np.arange(triangles.size // 3, dtype=np.int32).reshape(-1, 3)))
+        shape_of(TriangleMesh(triangles.reshape(-1, 3), np.arange(triangles.size // 3, dtype=np.int32).reshape(-1, 3)))
     )
 
 

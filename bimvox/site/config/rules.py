@@ -24,6 +24,7 @@ from bimvox.site.default_rules import (
     USUAL_YARD,
     YardRules,
 )
+from bimvox.site.props import FIELD_PROPS, PROP_TYPES, PropKind, PropRules, PropType
 from bimvox.site.site import HeadingRule, Rules, SwingRule
 
 _RULES = Rules()
@@ -202,6 +203,41 @@ _AS_IN_TRANSIT = ("upending_clearance_m", "turning_clearance_m")
 """Clearances that are those of loads in transit if the file does not give them: the same value, and kept as that is."""
 
 
+class PropTypeConfig(Table):
+    """A type of props."""
+
+    name: Text
+    """Its name."""
+    kind: PropKind
+    """What it is."""
+    least_m: Positive
+    """Its shortest length."""
+    most_m: Positive
+    """Its longest length."""
+    load_kn: Positive
+    """What it carries along its axis at its longest length."""
+
+
+class PropsConfig(Table):
+    """Push-pull props of walls and columns, shores below planks. Sources: docs/formats.md."""
+
+    wind_kn_m2: Annotated[NotNegative, Field(le=1e3)] = FIELD_PROPS.wind_kn_m2
+    """Wind on a part that stands on its props."""
+    clearance_m: Annotated[NotNegative, Field(le=10.0)] = FIELD_PROPS.clearance_m
+    """Of loads, to props."""
+    shore_spacing_m: Annotated[Positive, Field(le=100.0)] = FIELD_PROPS.shore_spacing_m
+    """Between lines of shores below planks that get a topping, and between the shores of a line."""
+    plank_m: Annotated[NotNegative, Field(le=1e5)] = FIELD_PROPS.plank_m
+    """Mean thickness up to which such a plank stands on shores; thicker ones carry their topping. 0: none does."""
+    types: Annotated[tuple[PropTypeConfig, ...], Field(max_length=100)] = ()
+    """Your own props; without them, generic ones. The first one that is long and strong enough is taken."""
+
+    def value(self) -> PropRules:
+        """Return the table as a value."""
+        own = tuple(PropType(**one.model_dump()) for one in self.types)
+        return PropRules(**self.model_dump(exclude={"types"}), types=own or PROP_TYPES)
+
+
 class RulesConfig(Table):
     """The rules of the site; clearances are rounded up to whole cells."""
 
@@ -240,6 +276,8 @@ class RulesConfig(Table):
     """How long trades take for what they build in place."""
     curing: CuringConfig | None = None
     """Grout and other joints of lifted parts. Default: the table's with a crane."""
+    props: PropsConfig | None = None
+    """What holds parts until their joints carry. Default: the table's with a crane."""
     bracing_s: Pause | None = Field(default=None, examples=[120])
     """One ``brace_s`` for all classes of work, instead of ``times``."""
     release_s: Pause | None = Field(default=None, examples=[30])
@@ -293,6 +331,7 @@ class RulesConfig(Table):
         own |= {"times": self.times.times(), "casting": self.casting.casting()}
         own |= {"building": BuildingTimes(**self.building.model_dump())}
         own["curing"] = (self.curing or CuringConfig()).value() if has_crane else None
+        own["props"] = (self.props or PropsConfig()).value() if has_crane else None
         own["sling_angle_rad"] = math.radians(self.sling_angle_deg)
         own["upend_s"] = (UPEND_S if has_crane else 0.0) if self.upend_s is None else self.upend_s
         given = self.model_dump(exclude={"sling_angle_deg"}) | own
@@ -359,6 +398,7 @@ MORE_IS_WEAKER = frozenset(
         "sling_angle_rad",
         "critical_share",
         "highest_utilisation",
+        "shore_spacing_m",
         "people",
         "bundle_kg",
     )
@@ -375,9 +415,12 @@ NONE_IS_WEAKER = frozenset(
         "heading",
         "yard",
         "order_search",
+        "types",
     )
 )
 """Rules whose default asks for nothing, or that are a choice; one time of all classes is compared with ``times``."""
+
+_NO_PROPS = PropRules(0.0, 0.0, FIELD_PROPS.shore_spacing_m, 0.0)
 
 
 def weaker_rules(rules: Rules, *, has_crane: bool) -> list[str]:
@@ -410,6 +453,8 @@ def _pairs(prefix: str, own: Any, usual: Any) -> Iterator[tuple[str, Any, Any]]:
             continue
         if field.name == "curing":  # None: all joints carry at once
             one, other = one or Curing(), other or Curing()
+        if field.name == "props":  # None: nobody asks what holds a part
+            one, other = one or _NO_PROPS, other or _NO_PROPS
         if is_dataclass(other):
             yield from _pairs(f"{key}.", one, other)
         else:

@@ -1,0 +1,208 @@
+"""What holds each lifted part when its slings come off: chosen when all ways are known.
+
+Props go when the joints of the part and of all floors that hold its head carry, or the concrete of these floors does.
+Shores below a plank go when its topping carries. What nothing in the plan takes over stays until its designer says so.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from bimvox.motion.prop_places import Places, body_of, thick_m
+from bimvox.motion.prop_room import Room
+from bimvox.motion.prop_times import NEVER_NS, timeline
+from bimvox.motion.steps import Resting
+from bimvox.records.lift import Lift, LiftPlan, Status
+from bimvox.records.motion import LiftMotion
+from bimvox.records.props import Held, Hold, Prop, Props
+from bimvox.records.steps import Steps
+from bimvox.site.component import Component
+from bimvox.site.means import Means
+from bimvox.site.props import PropRules
+from bimvox.site.site import Site
+from bimvox.site.work import Work, kind_of, work_of
+
+_Floats = NDArray[np.float64]
+
+_UPRIGHT = frozenset((Work.COLUMN, Work.WALL))
+_SPANNING = frozenset((Work.BEAM, Work.SLAB, Work.STAIR))
+_SQUAT = 2.0
+"""What is not higher than this many times its thickness stands by itself."""
+_UPPER = 0.6
+"""What touches a part above this share of its height holds its head."""
+_TOUCH_M = 0.06
+_ALIGNED = 0.7
+
+
+def props_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion], steps: Steps) -> Props:
+    """Return what holds the lifted parts of a plan; nothing if its rules ask for none, or it has no motions.
+
+    ``lifts``: all of the plan; ``motions``: those of all planned lifts; ``steps``: those of ``steps_of``.
+    """
+    by_order = {motion.order: motion for motion in motions}
+    if site.rules.props is None or not by_order:
+        return Props()
+    return Props(tuple(_Choice(site, lifts, by_order, steps, site.rules.props).held()))
+
+
+def props_of_log(plan: LiftPlan, motions: Sequence[LiftMotion], context: Sequence[Lift], steps: Steps) -> Props:
+    """Return what holds the lifted parts of a log; nothing of an extract, because it follows from all lifts.
+
+    Args:
+        plan: What the log carries.
+        motions: Its motions.
+        context: Lifts of the same plan that it does not carry.
+        steps: Its steps and pauses.
+    """
+    planned = sum(lift.status is Status.PLANNED for lift in plan.lifts)
+    return Props() if context or len(motions) < planned else props_of(plan.site, plan.lifts, motions, steps)
+
+
+class _Choice:
+    """Chooses what holds one part after the other."""
+
+    def __init__(
+        self, site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotion], steps: Steps, rules: PropRules
+    ) -> None:
+        self._parts, self._frame, self._rules, self._motions = site.components, site.frame, rules, motions
+        self._lifts = sorted((lift for lift in lifts if lift.is_set), key=lambda lift: lift.order)
+        self._times = timeline(site, self._lifts, motions, steps)
+        self._resting = Resting(site, lifts)
+        self._under = {lift.component: self._resting.on(lift.component, held=False) for lift in self._lifts}
+        self._on = defaultdict[int, list[int]](list)
+        for above, under in self._under.items():
+            for below in under:
+                self._on[below].append(above)
+        self._room = Room(site, self._lifts, self._times)
+        self._bounds_m = self._room.bounds_m[: len(self._parts)]
+        self._inside_m = self._bounds_m[:, :, :2].mean(axis=(0, 1))
+
+    def held(self) -> Iterator[Held]:
+        """Yield what holds each lifted part, in the order of the lifts."""
+        for lift in self._lifts:
+            if lift.status is Status.PLANNED and lift.order in self._motions:
+                part = self._parts[lift.component]
+                one = self._upright(lift, part) if kind_of(part) in _UPRIGHT else self._lying(lift, part)
+                if one.props:
+                    self._room.add(one.props, (one.from_ns, NEVER_NS if one.until_ns is None else one.until_ns))
+                yield one
+
+    def _held(
+        self, lift: Lift, hold: Hold, by: Sequence[int], props: tuple[Prop, ...] = (), waits: tuple[int, ...] = ()
+    ) -> Held:
+        until_ns = max((self._times.carries_ns[n] for n in waits), default=None)
+        return Held(
+            lift.order, lift.component, hold, tuple(by), props, self._times.there_ns[lift.component], until_ns, waits
+        )
+
+    def _places(self, part: Component, waits: Sequence[int]) -> Places:
+        """Return the places for props of a part that go when what they wait for carries; never without."""
+        until_ns = max((self._times.carries_ns[n] for n in waits), default=NEVER_NS)
+        span_ns = (self._times.there_ns[part.index], until_ns)
+        x, y, _ = part.hook_line_vox
+        centre_m = self._frame.corner_of(np.array(part.target_vox) + np.array([x + 0.5, y + 0.5, 0.0]))[:2]
+        return Places(part, centre_m, self._inside_m, span_ns, self._rules, self._room)
+
+    # What stands.
+
+    def _upright(self, lift: Lift, part: Component) -> Held:
+        body = body_of(part.mesh)
+        if work_of(part) is Work.STEEL or body.high_m <= _SQUAT * body.wide_m:
+            return self._held(lift, Hold.BASE, self._under[part.index])
+        ties = self._ties(part)
+        waits = (part.index, *ties) if ties else ()
+        places = self._places(part, waits)
+        if kind_of(part) is Work.COLUMN:
+            props, without = places.of_a_column()
+        else:
+            props = places.of_a_wall()
+            without = () if props else (body.across,)
+        beside = self._beside(part, without)
+        if without and not beside:
+            return self._held(lift, Hold.NOTHING, ())
+        if not props:
+            return self._held(lift, Hold.NEIGHBOURS, beside)
+        return self._held(lift, Hold.PROPS, beside, props, waits)
+
+    def _ties(self, part: Component) -> tuple[int, ...]:
+        """Return the floors that hold the head of an upright part: they rest on it, or touch its upper part."""
+        low_m, high_m = self._bounds_m[part.index, :, 2]
+        upper_m = low_m + _UPPER * (high_m - low_m)
+        found = {n for n in self._on[part.index] if self._bounds_m[n, 1, 2] > upper_m}
+        found.update(self._touching(part, upper_m))
+        there_ns = self._times.there_ns
+        return tuple(sorted(n for n in found if kind_of(self._parts[n]) in _SPANNING and there_ns[n] < NEVER_NS))
+
+    def _touching(self, part: Component, low_m: float) -> list[int]:
+        """Return the components whose boxes touch that of a part above a height."""
+        low, high = self._bounds_m[part.index]
+        low = np.array([low[0], low[1], low_m])
+        near = (self._bounds_m[:, 0] <= high + _TOUCH_M).all(axis=1)
+        near &= (self._bounds_m[:, 1] >= low - _TOUCH_M).all(axis=1)
+        near[part.index] = False
+        return [int(n) for n in np.flatnonzero(near)]
+
+    def _beside(self, part: Component, without: Sequence[_Floats]) -> tuple[int, ...]:
+        """Return the earlier uprights that hold a part in directions without props; none if a direction has none.
+
+        They touch it at half its height, and are long in that direction.
+        """
+        low_m, high_m = self._bounds_m[part.index, :, 2]
+        middle_m, found = (low_m + high_m) / 2.0, set[int]()
+        near = [
+            n
+            for n in (self._touching(part, low_m) if without else ())
+            if kind_of(self._parts[n]) in _UPRIGHT
+            and self._is_earlier(n, part)
+            and self._bounds_m[n, 0, 2] <= middle_m <= self._bounds_m[n, 1, 2]
+        ]
+        for axis in without:
+            along = [n for n in near if abs(body_of(self._parts[n].mesh).along @ axis) > _ALIGNED]
+            if not along:
+                return ()
+            found.update(along)
+        return tuple(sorted(found))
+
+    def _is_earlier(self, n: int, part: Component) -> bool:
+        return self._times.there_ns[n] <= self._times.there_ns[part.index]
+
+    # What spans.
+
+    def _lying(self, lift: Lift, part: Component) -> Held:
+        under = self._under[part.index]
+        if topping := self._topping_of(part):
+            waits = (part.index, *topping)
+            on_it_kg = sum(self._share_on(part, self._parts[n]) for n in topping)
+            shores = self._places(part, waits).below_a_plank(on_it_kg)
+            return self._held(lift, Hold.SHORES if shores else Hold.NOTHING, under, shores, waits if shores else ())
+        columns = self._resting.bearing(part.index) if under and kind_of(part) in _SPANNING else np.zeros((0, 2))
+        if len(columns):
+            size_m = self._frame.voxel_size_m
+            bearing_m = self._frame.centre_of(np.column_stack([columns, np.zeros(len(columns), int)]))[:, :2]
+            places = self._places(part, (part.index,))
+            held = shapely.MultiPoint(bearing_m).convex_hull.buffer(size_m)
+            if not held.contains(shapely.Point(*places.centre_m)):
+                shores = places.where_it_overhangs(bearing_m, size_m)
+                waits = (part.index,) if shores else ()
+                return self._held(lift, Hold.SHORES if shores else Hold.NOTHING, under, shores, waits)
+        if under or self._resting.is_grounded(part):
+            return self._held(lift, Hold.BEARING, under)
+        beside = [n for n in self._touching(part, self._bounds_m[part.index, 0, 2]) if self._is_earlier(n, part)]
+        return self._held(lift, Hold.NEIGHBOURS if beside else Hold.NOTHING, beside)
+
+    def _topping_of(self, part: Component) -> tuple[int, ...]:
+        """Return the floors that are cast on a thin plank later; none if it is not one."""
+        if kind_of(part) is not Work.SLAB or thick_m(part.mesh) > self._rules.plank_m:
+            return ()
+        cast = (n for n in self._on[part.index] if self._parts[n].means is Means.IN_SITU)
+        return tuple(sorted(n for n in cast if kind_of(self._parts[n]) is Work.SLAB))
+
+    def _share_on(self, part: Component, topping: Component) -> float:
+        """Return the mass of a topping over a plank, by their areas."""
+        areas_m2 = body_of(part.mesh).area_m2, body_of(topping.mesh).area_m2
+        return topping.mass_kg * min(1.0, areas_m2[0] / max(areas_m2[1], 1e-9))
