@@ -257,8 +257,8 @@ class _Attempts:
         if not of_motions.verified:
             return refusals(of_motions)
         if made.site.rules.props is not None:
-            props = props_of(made.site, made.lifts, motions, steps)
-            of_motions = Verification((*of_motions.checks, verify_props(made, motions, steps, props, store)))
+            of_props = verify_props(made, motions, steps, props_of(made, tuple(motions)), store)
+            of_motions = Verification((*of_motions.checks, of_props))
         if not of_motions.verified:
             return refusals(of_motions)
         return Planned(made, motions, Verification((values, *of_plan.checks[1:], *of_motions.checks)))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from bimvox.errors import ConfigError, SelectionError
-from bimvox.motion.props import props_of_log
+from bimvox.motion.props import props_of
 from bimvox.motion.steps import steps_of_log
 from bimvox.records.dates import PlanDates, dates_of
 from bimvox.records.lift import Lift, LiftPlan, Status
@@ -128,7 +128,7 @@ class PlanLog:
     @cached_property
     def props(self) -> Props:
         """What holds the lifted parts when they are released; nothing of an extract, because all lifts count."""
-        return props_of_log(self.plan, self.motions, self.context, self.steps)
+        return props_of(self.plan, tuple(self.motions), tuple(self.context))
 
     @cached_property
     def remarks(self) -> tuple[Remark, ...] | None:

@@ -7,16 +7,17 @@ Shores below a plank go when its topping carries. What nothing in the plan takes
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from bimvox.kept import kept
 from bimvox.motion.prop_places import Places, body_of, thick_m
 from bimvox.motion.prop_room import Room
 from bimvox.motion.prop_times import NEVER_NS, timeline
-from bimvox.motion.steps import Resting
+from bimvox.motion.steps import Resting, steps_of
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.props import Held, Hold, Prop, Props
@@ -39,28 +40,23 @@ _TOUCH_M = 0.06
 _ALIGNED = 0.7
 
 
-def props_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion], steps: Steps) -> Props:
+@kept
+def props_of(plan: LiftPlan, motions: tuple[LiftMotion, ...], context: tuple[Lift, ...] = ()) -> Props:
     """Return what holds the lifted parts of a plan; nothing if its rules ask for none, or it has no motions.
 
-    ``lifts``: all of the plan; ``motions``: those of all planned lifts; ``steps``: those of ``steps_of``.
-    """
-    by_order = {motion.order: motion for motion in motions}
-    if site.rules.props is None or not by_order:
-        return Props()
-    return Props(tuple(_Choice(site, lifts, by_order, steps, site.rules.props).held()))
-
-
-def props_of_log(plan: LiftPlan, motions: Sequence[LiftMotion], context: Sequence[Lift], steps: Steps) -> Props:
-    """Return what holds the lifted parts of a log; nothing of an extract, because it follows from all lifts.
+    Nothing of an extract, because it follows from all lifts.
 
     Args:
-        plan: What the log carries.
+        plan: The plan, or what a log carries of it.
         motions: Its motions.
-        context: Lifts of the same plan that it does not carry.
-        steps: Its steps and pauses.
+        context: Lifts of the same plan that it does not contain.
     """
+    rules, by_order = plan.site.rules.props, {motion.order: motion for motion in motions}
     planned = sum(lift.status is Status.PLANNED for lift in plan.lifts)
-    return Props() if context or len(motions) < planned else props_of(plan.site, plan.lifts, motions, steps)
+    if rules is None or context or not motions or len(motions) < planned:
+        return Props()
+    steps = steps_of(plan.site, plan.lifts, motions)
+    return Props(tuple(_Choice(plan.site, plan.lifts, by_order, steps, rules).held()))
 
 
 class _Choice:

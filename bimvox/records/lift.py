@@ -474,7 +474,7 @@ class Epoch:
     obstructions: tuple[Blocker, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class LiftPlan:
     """All lifts of a site, in order.
 

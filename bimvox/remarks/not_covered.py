@@ -229,8 +229,9 @@ _ROWS = (
         "Barriers, marshals, closed ways and roads keep everybody out of the exclusion zone; nobody stands where the "
         "counterweight swings."),
     Row("bracing", "Braces and props",
-        "Number, place, fixing and removal of braces and props follow the designer's drawings; nothing is released "
-        "before they hold.", _braced, with_crane=False),
+        "The designer confirms props, their places, anchors, the strength of floor and ground below them, wind while "
+        "they stand, floors below that need back-propping, and when they go; nothing is released before it is held.",
+        _braced, with_crane=False),
     Row("anchors", "Anchors and lifting points",
         "The part's designer states anchors, and the strength that its concrete needs before it is lifted.",
         _assumed_points),

@@ -12,15 +12,17 @@ from bimvox.bim.building import TriangleMesh, plain_class
 from bimvox.bim.kinds.kind import Kind
 from bimvox.bim.kinds.words import meaning_of
 from bimvox.bim.own_box import laid_flat_m, sizes_m
+from bimvox.errors import listed
 from bimvox.kept import kept
 from bimvox.proof.bodies.solid import Solid, is_inside, surfaces_cross
 from bimvox.proof.bodies.triangle_tree import tree_over
 from bimvox.proof.shape import volumes_of
 from bimvox.records.lift import ModelledClash, Status
 from bimvox.records.proof import Remark
+from bimvox.records.props import Hold
 from bimvox.records.unloading import loads_of
 from bimvox.remarks import table
-from bimvox.remarks.subject import Subject, metres, tonnes
+from bimvox.remarks.subject import Subject, metres, name_of, tonnes
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.default_rules import (
     FEW_HANDS_KG,
@@ -48,6 +50,8 @@ _MANY = 10
 _NARROWED_M = 0.015
 """A part is narrowed by this much on each side before what is under it is looked for: what is next to it is not."""
 _SUNK_M = 0.002
+_UPRIGHT = frozenset((Work.COLUMN, Work.WALL))
+_NAMED = 3
 
 
 def floating(subject: Subject) -> Iterator[Remark]:
@@ -77,6 +81,23 @@ def floating(subject: Subject) -> Iterator[Remark]:
     for number, component in enumerate(subject.in_place):
         if component.index in lifted and component.id in unheld and not neighbours.on_ground[number]:
             yield table.UNHELD(component)
+
+
+def held(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every part that nothing, or only its neighbours, hold when its slings come off."""
+    parts, keep = subject.site.components, 0
+    for one in subject.props.held:
+        part = parts[one.component]
+        if one.hold is Hold.NOTHING and (kind_of(part) in _UPRIGHT or one.by):
+            yield table.NOT_HELD(part, what="props" if kind_of(part) in _UPRIGHT else "shores")
+        elif kind_of(part) in _UPRIGHT and one.by and one.hold in (Hold.NEIGHBOURS, Hold.PROPS):
+            yield table.FIXED_TO(part, names=listed((name_of(parts[n]) for n in one.by), _NAMED))
+        keep += bool(one.props) and one.until_ns is None
+    if keep:
+        several = keep > 1
+        yield table.KEEPS_PROPS(
+            count=keep, s="s" * several, v="" if several else "s", heads="their heads" if several else "its head"
+        )
 
 
 class _Neighbours:

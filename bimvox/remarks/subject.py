@@ -7,8 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
+from bimvox.motion.props import props_of
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
+from bimvox.records.props import Props
 from bimvox.site.component import Component
 from bimvox.site.crane_distances import Thing, fixed_things
 from bimvox.site.site import Site
@@ -50,6 +52,11 @@ class Subject:
         """The parts that are in place after the last lift, lifted or set otherwise, those of the context included."""
         there = (lift for lift in (*self.plan.lifts, *self.context) if lift.is_set)
         return tuple(self.site.components[lift.component] for lift in sorted(there, key=lambda lift: lift.order))
+
+    @property
+    def props(self) -> Props:
+        """What holds the lifted parts when they are released."""
+        return props_of(self.plan, self.motions, self.context)
 
     @cached_property
     def things(self) -> tuple[Thing, ...]:

@@ -89,6 +89,13 @@ OVERLAP = Row("overlap", _SERIOUS, "is drawn {least}{depth:.0f} mm into {other}{
 OVERLAP_ON_SITE = Row("overlap", _MINOR, OVERLAP.sentence + "; one of them is cut, cast or built on site")
 SMALL_OVERLAPS = Row("small_overlaps", _NOTE,
     "parts overlap in the model by up to {depth:.0f} mm, and may do so when they are set: {count:,} pair{s}")
+NOT_HELD = Row("not_held", _SERIOUS,
+    "nothing holds it when its slings come off: there is no place for {what} that nothing is in the way of; say what "
+    "does, or set it after what it can be fixed to")
+FIXED_TO = Row("not_held", _MINOR,
+    "there is no place for props in every direction: fix it to {names} before its slings come off")
+KEEPS_PROPS = Row("keeps_props", _NOTE,
+    "{count:,} part{s} keep{v} props until the designer says so: no floor of the plan holds {heads}")
 NOT_BY_ROAD = Row("transport", _SERIOUS, "{what}: it cannot go by road in one piece")
 SPECIAL_TRANSPORT = Row("transport", _MINOR, "{what}: a special transport with a permit")
 HAND_LOAD = Row("hand_load", _MINOR,

@@ -18,6 +18,7 @@ from bimvox.library.site import load_site, read_obstructions
 from bimvox.log.plan_log import PlanLog, log_calendar, log_dates, with_full_rate
 from bimvox.log.recorder import write_log
 from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
+from bimvox.motion.props import props_of
 from bimvox.motion.steps import steps_of
 from bimvox.planning.stage import refused_by_crane
 from bimvox.policy.choice import PolicyInUse
@@ -121,6 +122,7 @@ def _document_of(proven: Planned, policy: PolicyInUse, calendar: CalendarConfig)
         "infeasible": infeasible_lifts(proven.plan, proven.motions),
         "not_lifted": [one.to_dict() for one in not_lifted_groups(site, proven.plan.lifts, proven.motions, steps)],
         **steps.documents(site),
+        **props_of(proven.plan, tuple(proven.motions)).documents(site),
         "clashes": [
             {"first": c.first, "second": c.second, "depth_m": round(c.depth_m, 4), "at_least": c.at_least}
             for c in proven.plan.clashes

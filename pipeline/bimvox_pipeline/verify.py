@@ -63,6 +63,7 @@ def verify(
             one.to_dict() for one in not_lifted_groups(record.plan.site, record.all_lifts, record.motions, record.steps)
         ],
         **record.steps.documents(record.plan.site),
+        **record.props.documents(record.plan.site),
         "by_other_means": len(by_other_means(record.all_lifts)),
         "left_out": len(record.context),
         "revision": record.revision,

@@ -6,11 +6,13 @@ from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 
+from bimvox.motion.props import props_of
 from bimvox.motion.steps import steps_of_log
 from bimvox.records.dates import PlanDates
 from bimvox.records.lift import Lift, LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Remark, Severity, Verification, are_clean, in_words
+from bimvox.records.props import Props
 from bimvox.records.steps import Steps, by_other_means, proven_in_words
 from bimvox.records.track import LoadTrack
 from bimvox.remarks.conditions import conditions_of
@@ -136,6 +138,11 @@ class Revision:
     dates: PlanDates | None = None
     config: SiteConfig | None = None
     steps: Steps = field(init=False)
+
+    @property
+    def props(self) -> Props:
+        """What holds the lifted parts when they are released."""
+        return props_of(self.plan, tuple(self.motions), tuple(self.context))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "steps", steps_of_log(self.plan, self.motions, self.context))

@@ -18,6 +18,7 @@ from bimvox.rendering.report import sections
 from bimvox.rendering.report.drawings import drawings, yard_drawings
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag
 from bimvox.rendering.report.machine import machine
+from bimvox.rendering.report.props import props
 from bimvox.rendering.report.rigging import rigging
 from bimvox.rendering.report.risks import risks
 from bimvox.rendering.report.sheet import shortened
@@ -90,6 +91,7 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
             survey(record),
             rigging(record),
             statement(record),
+            props(record),
             risks(record),
             sections.not_covered(record),
             support(record),

@@ -22,6 +22,7 @@ from bimvox.remarks.subject import Subject
 from bimvox.rendering.page.lifts import is_critical, lift_record, proof_record
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.distances import distances_of
+from bimvox.rendering.report.props import propped
 from bimvox.rendering.report.rigging import gear_list, rigs_of
 from bimvox.rendering.report.risks import with_categories
 from bimvox.rendering.report.site_plan import drawing_of
@@ -53,7 +54,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
 
     Returns:
         ``log, project, site, crane, drawing, distances, method, support, out_of_service, survey, blind, rigs, gear,
-        totals, methods, lifts, critical, infeasible, steps, pauses, not_lifted, deliveries, verdict, conditions,
+        totals, methods, lifts, critical, infeasible, steps, pauses, props, not_lifted, deliveries, verdict, conditions,
         not_covered, proof, remarks, inputs, clashes, notes``. ``critical`` are orders of lifts, the highest
         utilisation first; ``infeasible`` orders of lifts, causes first: those blocked only by other infeasible ones
         come last.
@@ -104,6 +105,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "critical": [lift["order"] for lift in critical],
         "infeasible": _causes_first(lifts),
         **steps.documents(site),
+        "props": propped(revision),
         "not_lifted": [one.to_dict() for one in not_lifted_groups(site, revision.lifts, revision.motions, steps)],
         "deliveries": _deliveries(lifts, revision.dates),
         "verdict": revision.verdict.to_dict(),

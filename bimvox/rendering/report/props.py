@@ -1,0 +1,208 @@
+"""The section of the report about what holds parts: props with their places, by storey, how many, and when they go."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from datetime import datetime, timedelta
+from typing import Any
+
+from bimvox.records.dates import PlanDates, in_words
+from bimvox.records.props import Held
+from bimvox.rendering.page.source import Revision
+from bimvox.rendering.report.html import element, number, paragraph, row, section, table, tag, value
+from bimvox.rendering.report.sheet import MARGIN_PX, Placed, Sheet, around, drawn, grid, line, scale_bar, sheet_for, tip
+from bimvox.rendering.report.words import fixed, ranges
+from bimvox.rendering.words import counted, escape
+from bimvox.site.areas import PLAN, hull, outline
+from bimvox.site.casting import curing_s, work_and_wait_s
+from bimvox.site.work import Work, kind_of
+from bimvox.units import elapsed
+
+_MOST_PX = (500.0, 420.0)
+"""Two drawings side by side fit a landscape A4 page."""
+_UPRIGHT = frozenset((Work.COLUMN, Work.WALL))
+_HOLDS = {
+    "bearing": "lie on what carries them",
+    "base": "stand on their bases: steel, or hardly higher than thick",
+    "neighbours": "are fixed to what they touch: no place for props",
+    "nothing": "have nothing in the model that can hold them: a person must say what does",
+}
+
+
+def propped(revision: Revision) -> dict[str, Any] | None:
+    """Return what holds the lifted parts, for the record of the report; None if the plan says nothing of it."""
+    site, props = revision.plan.site, revision.props
+    if not props.held:
+        return None
+    held = [one.document(site) | {"until_at": _until(revision, one)} for one in props.held]
+    storeys: dict[str, list[Held]] = {}
+    for one in props.propped:
+        storeys.setdefault(site.components[one.component].storey or "", []).append(one)
+    drawings = []
+    for name, those in storeys.items():
+        inside = [part for part in site.components if (part.storey or "") == name]
+        uprights = [part.mesh for part in inside if kind_of(part) in _UPRIGHT]
+        floors = [part.mesh for part in inside if kind_of(part) is Work.SLAB] if not uprights else []
+        drawings.append(
+            {
+                "storey": name,
+                "low_m": min(site.components[one.component].mesh.bounds_m[0, 2] for one in those),
+                "uprights": [outline(hull(mesh, PLAN)) for mesh in (*uprights, *floors)],
+                "props": [
+                    {
+                        "number": one.order + 1,
+                        "head_m": list(prop.head_m),
+                        "foot_m": list(prop.foot_m),
+                        "type": prop.type,
+                    }
+                    for one in those
+                    for prop in one.props
+                ],
+            }
+        )
+    drawings.sort(key=lambda one: (one["low_m"], one["storey"]))
+    total = Counter(prop.type for one in props.held for prop in one.props)
+    return {"held": held, "needed": props.needed(), "total": dict(sorted(total.items())), "storeys": drawings}
+
+
+def _until(revision: Revision, held: Held) -> str | None:
+    """Return when props may go in calendar time; None if they stay, or no dates are known."""
+    if revision.dates is None or not held.waits_for:
+        return None
+    return max(_carries(revision, revision.dates, n) for n in held.waits_for).isoformat()
+
+
+def _carries(revision: Revision, dates: PlanDates, component: int) -> datetime:
+    """Return from when a part carries."""
+    site = revision.plan.site
+    order = next(lift.order for lift in revision.lifts if lift.component == component)
+    part, rules = site.components[component], site.rules
+    if order in dates.steps:
+        _, wait_s = work_and_wait_s(rules.casting, rules.building, part, part.mass_kg)
+    else:
+        wait_s = curing_s(rules.curing, part)
+    return dates.spans[order][1] + timedelta(seconds=wait_s)
+
+
+def props(record: dict[str, Any]) -> str:
+    """Return the section; empty if the plan says nothing of it."""
+    found = record["props"]
+    if found is None:
+        return ""
+    held = found["held"]
+    with_props = [one for one in held if one["props"]]
+    count = sum(len(one["props"]) for one in with_props)
+    about = (
+        "Places are chosen on the model: heads and feet on whole concrete, nothing in the way, loads at a distance. "
+        "Anchors, the strength of floor and ground, and the props themselves are the designer's to confirm. A part is "
+        "released when what stands here holds it."
+    )
+    return section(
+        f"Props: {count:,} for {counted(len(with_props), 'part')}",
+        paragraph(about),
+        _types(found),
+        tag("div", "".join(map(_storey, found["storeys"])), "sheets"),
+        _steps(with_props),
+        _parts(with_props),
+        _others(held),
+        id="props",
+    )
+
+
+def _types(found: dict[str, Any]) -> str:
+    rows = [
+        row(
+            [
+                escape(name),
+                number(found["needed"][name], f"{found['needed'][name]:,}", "needed"),
+                number(count, f"{count:,}", "places"),
+            ]
+        )
+        for name, count in found["total"].items()
+    ]
+    return table(("Prop", "At the same\ntime at most", "Places\nin all"), rows, class_="words narrow", id_="prop-types")
+
+
+def _storey(one: dict[str, Any]) -> str:
+    corners = [at for rings in one["uprights"] for ring in rings for at in ring]
+    corners += [prop[end][:2] for prop in one["props"] for end in ("head_m", "foot_m")]
+    (x0, x1), (y0, y1) = ((min(values), max(values)) for values in zip(*corners, strict=True))
+    sheet = sheet_for((x0 - 1.0, y0 - 1.0), (x1 + 1.0, y1 + 1.0), _MOST_PX)
+    width, height = sheet.size_px
+    placed = Placed((MARGIN_PX, MARGIN_PX, width - MARGIN_PX, height - MARGIN_PX))
+    parts = [*grid(sheet, ("x", "y")), *(sheet.path(rings, "area structure") for rings in one["uprights"])]
+    for prop in one["props"]:
+        parts += _prop(sheet, prop)
+        placed.put(around(str(prop["number"]), sheet.at(prop["foot_m"])))
+    parts += [*scale_bar(sheet), *(one.svg for one in placed.labels)]
+    name = one["storey"] or "no storey"
+    svg = drawn(sheet, f"Props, {name}", parts)
+    return tag("figure", svg + tag("figcaption", escape(f"{name}, 1 : {sheet.scale}")), "sheet drawing")
+
+
+def _prop(sheet: Sheet, prop: dict[str, Any]) -> list[str]:
+    """Return a prop from above: a line from head to foot, and a circle where it stands."""
+    head, foot = sheet.at(prop["head_m"]), sheet.at(prop["foot_m"])
+    words = tip(f"lift {prop['number']}: {prop['type']}")
+    return [line(head, foot, "prop"), element("circle", words, cx=foot[0], cy=foot[1], r=2.5, class_="prop foot")]
+
+
+def _steps(held: Iterable[dict[str, Any]]) -> str:
+    """Return the steps in which props are taken away."""
+    groups: dict[float, list[dict[str, Any]]] = {}
+    for one in held:
+        if one["until_s"] is not None:
+            groups.setdefault(one["until_s"], []).append(one)
+    rows = [
+        row(
+            [
+                number(at_s, elapsed(at_s), "until_s"),
+                _date(those[0]["until_at"]),
+                number(sum(len(one["props"]) for one in those), f"{sum(len(one['props']) for one in those)}", "props"),
+                escape(", ".join(ranges(one["number"] for one in those))),
+            ]
+        )
+        for at_s, those in sorted(groups.items())
+    ]
+    head = ("May go from\nelapsed", "Date", "Props", "Of lifts")
+    return table(head, rows, class_="words narrow", id_="prop-steps") if rows else ""
+
+
+def _date(at: str | None) -> str:
+    return "–" if at is None else escape(in_words(datetime.fromisoformat(at)))
+
+
+def _parts(held: Iterable[dict[str, Any]]) -> str:
+    rows = [
+        row(
+            [
+                number(one["number"], str(one["number"]), "number"),
+                f"<b>{escape(one['name'] or one['component'])}</b>",
+                escape(one["words"]),
+                "<br>".join(_ends(prop) for prop in one["props"]),
+                "as its designer says" if one["until_s"] is None else value(one, "until_s", elapsed),
+            ]
+        )
+        for one in held
+    ]
+    head = ("Lift", "Part", "Held by", "Head to foot x, y, z m; load", "May go from, elapsed")
+    return tag("div", table(head, rows, class_="words", id_="held"), "wide")
+
+
+def _ends(prop: dict[str, Any]) -> str:
+    head, foot = (", ".join(fixed(at, 2) for at in prop[end]) for end in ("head_m", "foot_m"))
+    return f"{head} to {foot}; {number(prop['load_kn'], fixed(prop['load_kn'], 1), 'load_kn')} kN"
+
+
+def _others(held: Iterable[dict[str, Any]]) -> str:
+    groups = {hold: [one for one in held if one["hold"] == hold] for hold in _HOLDS}
+    items = (
+        tag(
+            "li",
+            f"<b>{len(those):,}</b> {escape(words)}: lifts {escape(', '.join(ranges(o['number'] for o in those)))}",
+        )
+        for hold, words in _HOLDS.items()
+        if (those := groups[hold])
+    )
+    return tag("ul", "".join(items))
