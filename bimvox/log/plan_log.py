@@ -23,7 +23,7 @@ from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import TRACKS, CarriedOut, LiftMotion
 from bimvox.records.programme import against_programme
 from bimvox.records.proof import Remark, Severity
-from bimvox.records.props import Props
+from bimvox.records.props import Props, Standing
 from bimvox.records.steps import Steps
 from bimvox.remarks.remarks import remarks_if_sensible
 from bimvox.remarks.rules import late
@@ -129,6 +129,11 @@ class PlanLog:
     def props(self) -> Props:
         """What holds the lifted parts when they are released; nothing of an extract, because all lifts count."""
         return props_of(self.plan, tuple(self.motions), tuple(self.context))
+
+    @property
+    def props_standing(self) -> tuple[Standing, ...]:
+        """The parts that have props, and when these stand on the site's clock."""
+        return self.props.standing(self.steps, max((motion.end_ns for motion in self.motions), default=0))
 
     @cached_property
     def remarks(self) -> tuple[Remark, ...] | None:

@@ -69,7 +69,7 @@ def blocks_of(record: PlanLog, *, with_remarks: bool, workers: Workers = ALONE) 
     paths, *moving, samples = lift_streams(record, workers)
     streams: list[Iterable[Timed | Rows]] = [
         [(start_ns, topics.VOXELS, voxel_grid(site, start_ns))],
-        scene_messages(site, record.all_lifts, tracks, start_ns),
+        scene_messages(site, record.all_lifts, tracks, start_ns, record.props_standing),
         paths,
         log_messages(record, tracks, start_ns, (with_remarks and record.remarks) or ()),
         event_messages(record, tracks),

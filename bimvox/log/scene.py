@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 from foxglove_schemas_protobuf.CubePrimitive_pb2 import CubePrimitive
+from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
+from foxglove_schemas_protobuf.Point3_pb2 import Point3
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletion
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
@@ -24,6 +26,7 @@ from bimvox.log import schema as topics
 from bimvox.log.mcap.form import colour, pairs, pose, stamp, vector
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.motion import LiftMotion
+from bimvox.records.props import Standing
 from bimvox.records.track import LiftTimes
 from bimvox.site.component import KIND_RGB, STATE_RGB, Component, ConstructionState, Rgb
 from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Site
@@ -173,11 +176,12 @@ def _entity_bytes(
 
 
 def scene_messages(
-    site: Site, lifts: Iterable[Lift], tracks: Iterable[LiftTimes], start_ns: int
+    site: Site, lifts: Iterable[Lift], tracks: Iterable[LiftTimes], start_ns: int, props: Iterable[Standing] = ()
 ) -> Iterator[tuple[int, str, Any]]:
     """Yield the messages of ``/scene``: the whole scene at the start, then every change of state at its time.
 
-    ``lifts``: all of the plan, also those that the log does not carry; ``tracks``: of the carried ones, in order.
+    ``lifts``: all of the plan, also those that the log does not carry; ``tracks``: of the carried ones, in order;
+    ``props``: those that stand, and when, on the site's clock.
     """
     lifts, tracks = tuple(lifts), tuple(tracks)
     scene, starts = SceneUpdates(site, {lift.component: lift for lift in lifts}, {}), StatesAtStarts(lifts, tracks)
@@ -188,6 +192,25 @@ def scene_messages(
         update = scene.change(starts.begin(track) if begins else {track.lift.component: state}, time_ns)
         if update is not None:
             yield time_ns, topics.SCENE, update
+    yield from _props_messages(site, props)
+
+
+def _props_messages(site: Site, props: Iterable[Standing]) -> Iterator[tuple[int, str, Any]]:
+    """Yield the messages that draw the props of a part when they are set up, and delete them when they go."""
+    for one in props:
+        name, at = f"props/{site.components[one.held.component].id}", stamp(one.from_ns)
+        line = LinePrimitive(type=LinePrimitive.LINE_LIST, pose=pose((0.0, 0.0, 0.0)), thickness=_PROP_M, color=_PROP)
+        for prop in one.held.props:
+            line.points.extend(Point3(x=x, y=y, z=z) for x, y, z in (prop.head_m, prop.foot_m))
+        entity = SceneEntity(timestamp=at, frame_id="site", id=name, frame_locked=True, lines=[line])
+        yield one.from_ns, topics.SCENE, SceneUpdate(entities=[entity])
+        if one.until_ns is not None:
+            gone = SceneEntityDeletion(timestamp=stamp(one.until_ns), type=SceneEntityDeletion.MATCHING_ID, id=name)
+            yield one.until_ns, topics.SCENE, SceneUpdate(deletions=[gone])
+
+
+_PROP_M = 0.08
+_PROP = colour((0.66, 0.08, 0.03, 1.0))
 
 
 def _entity_id(blocker: Blocker) -> str:

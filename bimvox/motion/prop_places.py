@@ -309,7 +309,7 @@ class Places:
         if chosen is None:
             return 0.0, None
         clear_m = self.room.clearance_m(self.part, head_m, foot_m, self.span_ns, self.rules.clearance_m)
-        return clear_m, Prop(chosen.name, kind, _point(head_m), _point(foot_m), load_kn)
+        return clear_m, Prop(chosen.name, kind, _point(head_m), _point(foot_m), round(float(load_kn), 6))
 
 
 def thick_m(mesh: TriangleMesh) -> float:

@@ -9,6 +9,7 @@ from enum import StrEnum
 from typing import Any
 
 from bimvox.records.declared import Maybe, Record, Several
+from bimvox.records.steps import Steps
 from bimvox.site.component import Component
 from bimvox.site.props import PropKind
 from bimvox.site.site import Site
@@ -107,6 +108,18 @@ class Props:
         """The parts that have props."""
         return tuple(one for one in self.held if one.props)
 
+    def standing(self, steps: Steps, ends_ns: int) -> tuple[Standing, ...]:
+        """Return the parts that have props, with when these stand on the site's clock.
+
+        ``steps``: the pauses of that clock; ``ends_ns``: when it ends: what goes later is not seen to go.
+        """
+        found = []
+        for one in self.propped:
+            until_ns = None if one.until_ns is None else steps.clock_ns(one.until_ns)
+            kept = until_ns is None or until_ns > ends_ns
+            found.append(Standing(one, steps.clock_ns(one.from_ns), None if kept else until_ns))
+        return tuple(found)
+
     def removals(self) -> list[tuple[int, tuple[Held, ...]]]:
         """Return the steps in which props are taken away, in elapsed time, each with the parts whose props go then."""
         groups: dict[int, list[Held]] = {}
@@ -129,6 +142,21 @@ class Props:
     def documents(self, site: Site) -> dict[str, Any]:
         """Return ``held`` and ``props_needed`` for the JSON documents."""
         return {"held": [one.document(site) for one in self.held], "props_needed": self.needed()}
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """The props of a part, on the site's clock.
+
+    Attributes:
+        held: What they hold.
+        from_ns: From when they stand.
+        until_ns: When they go; None if that is not seen.
+    """
+
+    held: Held
+    from_ns: int
+    until_ns: int | None
 
 
 def _most(changes: Iterable[tuple[int, int, int]]) -> int:

@@ -78,6 +78,15 @@ class Steps:
         """Return the elapsed time of something that ends at a time on the site's clock: before a pause then."""
         return at_ns + self._paused_ns(bisect_left([pause.at_ns for pause in self.pauses], at_ns))
 
+    def clock_ns(self, elapsed_ns: int) -> int:
+        """Return the time on the site's clock at an elapsed time: during a pause, that of the pause."""
+        paused_ns = 0
+        for pause in self.pauses:
+            if pause.at_ns + paused_ns >= elapsed_ns:
+                break
+            paused_ns = min(paused_ns + pause.length_ns, elapsed_ns - pause.at_ns)
+        return elapsed_ns - paused_ns
+
     def documents(self, site: Site) -> dict[str, list[dict[str, Any]]]:
         """Return ``steps`` and ``pauses`` for the JSON documents; times in seconds."""
         parts = site.components

@@ -137,6 +137,7 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
             *crane_fields(document["cranes"]),
             *figure_fields(document["figures"]),
             ("elapsed", _elapsed(document)),
+            ("props", _props(document)),
             ("dates", _dates(document["calendar"])),
             *(("", note) for note in (document["calendar"] or {}).get("notes", ())),
             ("material lifts", _material_lifts(document)),
@@ -218,6 +219,17 @@ def _elapsed(document: Mapping[str, Any]) -> str | None:
     first_s = min((step["begins_s"] for step in document["steps"]), default=0.0)
     before = f"; work before the first lift begins {elapsed(-first_s)} earlier" if first_s < 0.0 else ""
     return f"{elapsed(3600.0 * hours)}{waits}{before}"
+
+
+def _props(document: Mapping[str, Any]) -> str | None:
+    """Return how many props hold how many parts, and which parts nothing holds."""
+    held = [one for one in document["held"] if one["props"]]
+    count, without = sum(len(one["props"]) for one in held), sum(one["hold"] == "nothing" for one in document["held"])
+    if not count and not without:
+        return None
+    most = sum(document["props_needed"].values())
+    words = f"{count:,} for {len(held):,} parts, {most:,} at the same time at most" if count else "none"
+    return words + (f"; nothing holds {without:,} parts" if without else "")
 
 
 def _dates(calendar: Mapping[str, Any] | None) -> str | None:

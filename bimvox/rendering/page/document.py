@@ -112,6 +112,16 @@ _PART = Record(
     ("low_m", Point3, "From ``target_m`` to the shape's lowest corner.", LATER),
     ("boxes", NUMBERS, "Its cells as boxes: lowest x, y, z and the ends, in cells from ``target_m``.", LATER),
 )
+_PROPS = Record(
+    "PageProps",
+    "The props of a part, or its shores, as they stand.",
+    ("part", Count, "Index of the part.", "held.component"),
+    ("from_s", float, "From when they stand, crane time.", lambda it: it.from_ns / 1e9),
+    ("until_s", Maybe(float), "When they go; null: not before the end.",
+     lambda it: None if it.until_ns is None else it.until_ns / 1e9),
+    ("ends_m", tuple[tuple[Point3, Point3], ...], "Head and foot of each.",
+     lambda it: [[list(one.head_m), list(one.foot_m)] for one in it.held.props]),
+)  # fmt: skip
 _CLASH = Record(
     "PageClash",
     "Two parts that overlap in the model.",
@@ -164,6 +174,8 @@ _REVISION = Record(
     ("deliveries", Several(DELIVERY), "What the crane unloads; none if no place for trucks is known.",
      lambda _, made: made.deliveries or None, ()),
     ("lifts", Several(LIFT), "All lifts in their order.", lambda _, made: made.lifts),
+    ("props", Several(_PROPS), "Props of its parts; none of a site without a crane.",
+     lambda it, _: [_PROPS.of(one) for one in it.props_standing] or None, ()),
     ("obstructions", Several(_STANDING), "Its obstructions.",
      lambda it, made: [boxes_record(it.plan.site, blocker, made.blob) for blocker in it.plan.site.blockers
                        if blocker.kind == "obstruction"]),

@@ -12,7 +12,7 @@ from bimvox.records.dates import PlanDates
 from bimvox.records.lift import Lift, LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Remark, Severity, Verification, are_clean, in_words
-from bimvox.records.props import Props
+from bimvox.records.props import Props, Standing
 from bimvox.records.steps import Steps, by_other_means, proven_in_words
 from bimvox.records.track import LoadTrack
 from bimvox.remarks.conditions import conditions_of
@@ -143,6 +143,11 @@ class Revision:
     def props(self) -> Props:
         """What holds the lifted parts when they are released."""
         return props_of(self.plan, tuple(self.motions), tuple(self.context))
+
+    @property
+    def props_standing(self) -> tuple[Standing, ...]:
+        """The parts that have props, and when these stand on the site's clock."""
+        return self.props.standing(self.steps, max((motion.end_ns for motion in self.motions), default=0))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "steps", steps_of_log(self.plan, self.motions, self.context))

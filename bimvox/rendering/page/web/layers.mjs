@@ -7,6 +7,7 @@ const CHOICES = [
   ["rings", "Radii of the cranes with capacity"],
   ["yard", "Parts in the yard"],
   ["coming", "Parts to come, as ghosts at their places"],
+  ["props", "Props and shores"],
   ["boxes", "Start and target boxes"],
   ["targets", "All targets"],
   ["structure", "Existing structure"],
@@ -15,7 +16,7 @@ const CHOICES = [
 ];
 const PATHS = [["active", "of the lift under way"], ["chosen", "of the chosen part"], ["all", "all"], ["none", "none"]];
 
-export const LAYERS = { crane: true, rings: false, yard: true, coming: false, boxes: true, targets: false, structure: true, obstructions: true, voxels: false, paths: "active" };
+export const LAYERS = { crane: true, rings: false, yard: true, coming: false, props: true, boxes: true, targets: false, structure: true, obstructions: true, voxels: false, paths: "active" };
 
 export class Layers {
   constructor(app) {
@@ -74,6 +75,7 @@ export class Layers {
       app.scene?.slab.hasAccess ? ["access of trucks", kinds.access] : null,
       there.has("structure") ? ["existing structure", kinds.structure] : null,
       app.plan.revision.obstructions.length ? ["obstruction", [44, 44, 48]] : null,
+      app.plan.revision.props ? ["prop or shore", [168, 20, 8], "line"] : null,
       ["start", [190, 100, 0], "box"],
       ["target", [196, 40, 120], "box"],
       app.plan.revision.infeasible ? ["infeasible", [200, 30, 20], "box dashed"] : null,

@@ -1,11 +1,11 @@
-// Temporary lines: slings, start and target boxes, paths of loads, outlines of the part under way and the chosen one.
+// Temporary lines: slings, props, start and target boxes, paths of loads, outlines of the part under way and the chosen one.
 import { Lines } from "./batches.mjs";
 import { HOOK, ringsOf } from "./cranes.mjs";
 import { wayOf } from "./motion.mjs";
 import { SEEN } from "./visibility.mjs";
 
 const MOST_EDGES = 6000;
-const INK = { path: [0, 100, 190, 255], other: [0, 100, 190, 90], start: [190, 100, 0, 255], target: [196, 40, 120, 255], waiting: [196, 40, 120, 90], bad: [200, 30, 20, 255], active: [0, 45, 110, 255], chosen: [10, 10, 14, 255], rope: [60, 60, 64, 255], ring: [90, 60, 0, 255], measured: [150, 0, 120, 255] };
+const INK = { path: [0, 100, 190, 255], other: [0, 100, 190, 90], start: [190, 100, 0, 255], target: [196, 40, 120, 255], waiting: [196, 40, 120, 90], bad: [200, 30, 20, 255], active: [0, 45, 110, 255], chosen: [10, 10, 14, 255], rope: [60, 60, 64, 255], ring: [90, 60, 0, 255], measured: [150, 0, 120, 255], prop: [168, 20, 8, 255] };
 const RING_PIECES = 96;
 
 export class Overlays {
@@ -32,6 +32,10 @@ export class Overlays {
     const about = [plan.revision.number, lift?.order, chosen, layers.targets, layers.boxes];
     this._overlay("boxes", about, (lines) => this._addBoxes(lines, moment, lift));
     this._overlay("paths", [plan.revision.number, lift?.order, chosen, layers.paths], (lines) => this._addPaths(lines, moment, lift));
+    const standing = layers.props ? (plan.revision.props ?? []).filter((one) => one.from_s <= moment.time && (one.until_s ?? Infinity) > moment.time) : [];
+    this._overlay("props", [plan.revision.number, standing.map((one) => one.part)], (lines) => {
+      for (const one of standing) for (const ends of one.ends_m) lines.addPolyline(ends, 0, { rgba: INK.prop, width: 2.2 });
+    });
     this._overlay("rings", [layers.rings], (lines) => {
       if (layers.rings) this._addRings(lines);
     });

@@ -325,7 +325,7 @@ export class Scene {
       gl.bindVertexArray(batch.array);
       gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, batch.count);
     };
-    const { slings, boxes, paths, active, chosen, rings, measured } = this.overlays.batches;
+    const { slings, props, boxes, paths, active, chosen, rings, measured } = this.overlays.batches;
     stroke(rings, { bias: 1e-5, widen: 2, override: [1, 1, 1, 0.7] });
     stroke(rings, { bias: 2e-5 });
     stroke(measured, { behind: true, widen: -1, dashes: 6 });
@@ -333,6 +333,7 @@ export class Scene {
     stroke(measured, { bias: 2e-5 });
     stroke(this.batches.crane);
     stroke(slings);
+    stroke(props);
     if (!layers.voxels) stroke(active, { bias: 6e-6 });
     stroke(boxes, { behind: true, override: [0.35, 0.35, 0.4, 0.4], dashes: 7 });
     stroke(boxes, { bias: 1e-5 });
