@@ -82,7 +82,9 @@ def _scene(what: Plan | LoadedSite | VoxelGrid, number: int | None) -> tuple[Sce
     if isinstance(what, LoadedSite):
         return scene_of_site(what.site), view_of_site(what.site)
     moment = None if number is None else Instant(_order(what, number))
-    return scene_of_plan(what.site, what.record.all_lifts, what.motions, moment), view_of_site(what.site)
+    record = what.record
+    scene = scene_of_plan(what.site, record.all_lifts, what.motions, moment, record.props_standing)
+    return scene, view_of_site(what.site)
 
 
 def _write_film(plan: Plan, path: Path, number: int | None, size_px: tuple[int, int], progress: Progress) -> None:

@@ -158,6 +158,10 @@ class Standing:
     from_ns: int
     until_ns: int | None
 
+    def stands_at(self, at_ns: int) -> bool:
+        """Return whether they stand at a time."""
+        return self.from_ns <= at_ns and (self.until_ns is None or at_ns < self.until_ns)
+
 
 def _most(changes: Iterable[tuple[int, int, int]]) -> int:
     now = most = 0

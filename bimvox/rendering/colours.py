@@ -18,6 +18,7 @@ CONSTRUCTION_AREA: Rgb = KIND_RGB["construction_area"]
 YARD: Rgb = KIND_RGB["yard"]
 ACCESS: Rgb = KIND_RGB["access"]
 STRUCTURE: Rgb = KIND_RGB["structure"]
+PROP: Rgb = (168, 20, 8)
 OBSTRUCTION: Rgb = (52, 52, 56)  # the paper's black, lighter so that shading and edges are visible on it
 CRANE: Rgb = KIND_RGB["crane"]
 CRANE_EDGE: Rgb = (92, 74, 22)

@@ -158,7 +158,9 @@ def _figures(revision: Revision, record: dict[str, Any], pictures: int, progress
 
     site, lifts = revision.plan.site, record["lifts"]
     options = PictureOptions(size_px=_OVERVIEW_PX, view=view_of_site(site))
-    overview = small_png_of(scene_of_plan(site, revision.lifts, revision.motions), options)
+    overview = small_png_of(
+        scene_of_plan(site, revision.lifts, revision.motions, props=revision.props_standing), options
+    )
     plots = []
     if record["crane"] and any(lift["governs"] for lift in lifts):
         drawn = draw_utilisation(lifts, record["critical_share"], file_format="svg")

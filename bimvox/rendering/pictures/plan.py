@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from bimvox.errors import InputError
 from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.records.lift import NOT_LIFTED, Lift, Status
 from bimvox.records.motion import LiftMotion
+from bimvox.records.props import Standing
 from bimvox.records.track import headings_off_rad
 from bimvox.rendering import colours
 from bimvox.rendering.pictures.cranes import poses_at, site_cranes
@@ -56,7 +57,11 @@ class Instant:
 
 
 def scene_of_plan(
-    site: Site, lifts: Sequence[Lift], motions: Sequence[LiftMotion] = (), moment: Instant | None = None
+    site: Site,
+    lifts: Sequence[Lift],
+    motions: Sequence[LiftMotion] = (),
+    moment: Instant | None = None,
+    props: Sequence[Standing] = (),
 ) -> Scene:
     """Return the picture of a plan.
 
@@ -66,13 +71,14 @@ def scene_of_plan(
             is shown.
         motions: The motions of the planned ones; none without a crane.
         moment: The lift to show under way; None for the finished building.
+        props: Props of its parts; those that stand then are drawn.
 
     Raises:
         InputError: If the moment's lift is not planned.
     """
     by_order = {motion.order: motion for motion in motions}
     if moment is None:
-        return _finished(site, lifts, by_order)
+        return _with_props(_finished(site, lifts, by_order), [one for one in props if one.until_ns is None])
     lift = next((lift for lift in lifts if lift.order == moment.order), None)
     if lift is None:
         raise InputError(f"there is no lift {moment.order + 1}", hint=f"lifts are numbered 1 to {len(lifts)}")
@@ -82,7 +88,19 @@ def scene_of_plan(
     overlap = site.has_several_cranes and motion is not None
     time_ns = 0 if motion is None else _time_ns(motion, moment.share)
     others = _others_at(site, lifts, lift, by_order if overlap else {}, time_ns)
-    return _under_way(site, lifts, lift, motion, moment.share, others)
+    now_ns = None if motion is None else _time_ns(motion, moment.share)
+    stand = [one for one in props if now_ns is not None and one.stands_at(now_ns)]
+    return _with_props(_under_way(site, lifts, lift, motion, moment.share, others), stand)
+
+
+def _with_props(scene: Scene, props: Sequence[Standing]) -> Scene:
+    """Return a scene with props."""
+    ends_m = [[prop.head_m, prop.foot_m] for one in props for prop in one.held.props]
+    if not ends_m:
+        return scene
+    strokes = Strokes(np.array(ends_m), colours.PROP, width_px=1.6, width_m=0.08, layer=Layer.ASSEMBLED)
+    entry = LegendEntry(f"prop ({len(ends_m)})", colours.PROP, Swatch.LINE, Layer.ASSEMBLED)
+    return replace(scene, strokes=(*scene.strokes, strokes), legend=(*scene.legend, entry))
 
 
 _OTHERWISE = {

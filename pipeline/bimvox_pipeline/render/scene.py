@@ -153,7 +153,7 @@ def _log_scene(source: Path, options: SceneOptions, progress: Progress) -> tuple
     site = log.plan.site
     if options.time is None:
         moment = None if options.lift is None else Instant(chosen_lift(log, options.lift), options.share)
-        scene = scene_of_plan(site, log.all_lifts, log.motions, moment)
+        scene = scene_of_plan(site, log.all_lifts, log.motions, moment, log.props_standing)
     else:
         film = film_of(log)
         start_ns, end_ns = film.start_ns, film.end_ns
