@@ -185,10 +185,13 @@ class _Loads:
         least_m = max(most_m, 1e-6)
         for n in np.flatnonzero(meets).tolist():
             lows, highs = self._boxes[n, :1], self._boxes[n, 1:]
-            if self._exact[n]:  # the box around the shape, split into the boxes of the shape
-                shape, size_m = self._site.components[self._owner[n]].shape, self._site.frame.voxel_size_m
-                lows = lows + size_m * shape.boxes[:, :3]
-                highs = highs - size_m * (np.array(shape.size_vox) - shape.boxes[:, 3:])
+            if self._exact[n]:  # the boxes of its shape, no larger than the part: cells are up to one larger
+                part, size_m = self._site.components[self._owner[n]], self._site.frame.voxel_size_m
+                box_m = self._site.frame.corner_of([part.target_vox, np.add(part.target_vox, part.shape.size_vox)])
+                inset_m = np.maximum(np.abs(part.mesh.bounds_m - box_m), 0.0)
+                low_m, high_m = lows + inset_m[0], highs - inset_m[1]
+                lows = np.maximum(lows + size_m * part.shape.boxes[:, :3], low_m)
+                highs = np.minimum(highs - size_m * (np.array(part.shape.size_vox) - part.shape.boxes[:, 3:]), high_m)
             off = np.maximum(np.maximum(lows - points_m[:, None], points_m[:, None] - highs), 0.0)
             least_m = min(least_m, float(np.sqrt((off**2).sum(axis=2)).min()))
         return least_m

@@ -282,9 +282,8 @@ class _Proof:
         length_m = float(np.linalg.norm(foot - head))
         along = (foot - head) / length_m
         start, end = head + _ENDS_M * along, foot - _ENDS_M * along
-        middle, straight_m = (start + end) / 2.0, length_m - 2.0 * _ENDS_M
-        if straight_m > 0.0:
-            tube = fcl.CollisionObject(fcl.Capsule(_TUBE_M, straight_m), fcl.Transform(_turned_to(along), middle))
+        if length_m > 2.0 * _ENDS_M:
+            tube = _tube(start, end)
             low, high = np.minimum(start, end) - _TUBE_M, np.maximum(start, end) + _TUBE_M
             near = (self.bounds[:, 0] <= high).all(axis=1) & (self.bounds[:, 1] >= low).all(axis=1)
             for n in np.flatnonzero(near).tolist():
@@ -305,29 +304,46 @@ class _Proof:
         points = head + np.linspace(0.0, 1.0, count)[:, None] * (foot - head)
         asides = _TUBE_M * np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
         cells = np.unique(self.site.frame.cell_of((points[:, None] + asides).reshape(-1, 3)), axis=0)
+        along = (foot - head) / np.linalg.norm(foot - head)
+        ends = head + _TUBE_M * along, foot - _TUBE_M * along
         for n, motion in self.motions.items():
             lift = self.lifts[n]
             begins_ns, ends_ns = self._elapsed_ns(motion.raised_ns), self._elapsed_ns(motion.set_ns)
             meanwhile = ends_ns > from_ns and (until_ns is None or begins_ns < until_ns)
-            if n != part.index and meanwhile and lift.path_vox is not None and self._comes_to(lift, cells):
+            if n == part.index or not meanwhile or lift.path_vox is None:
+                continue
+            near = self._steps_at(lift, cells)
+            turns = lift.with_jib or lift.guide is not None
+            if len(near) and (turns or self._passes_through(lift, near, ends)):
                 yield n
 
-    def _comes_to(self, lift: Lift, cells: NDArray[np.int64]) -> bool:
-        """Return whether a load comes to one of (N, 3) cells, as it hangs above its place."""
+    def _steps_at(self, lift: Lift, cells: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the steps of a path at which the load's cells, turned as at its place, are at one of (N, 3) cells."""
         part = self.parts[lift.component]
         path = np.asarray(lift.path_vox, np.int64)
         size = np.array(part.shape.size_vox)
         low, high = path.min(axis=0), path.max(axis=0) + size
         cells = cells[((cells >= low) & (cells < high)).all(axis=1)]
-        if not len(cells):
-            return False
         dense = np.zeros(size, np.bool_)
         dense[tuple(part.shape.cells.T)] = True
+        met = np.zeros(len(path), np.bool_)
         for cell in cells:
             at = cell - path
             inside = ((at >= 0) & (at < size)).all(axis=1)
-            if dense[tuple(at[inside].T)].any():
-                return True
+            met[inside] |= dense[tuple(at[inside].T)]
+        return np.flatnonzero(met)
+
+    def _passes_through(self, lift: Lift, steps: NDArray[np.int64], ends_m: tuple[_Floats, _Floats]) -> bool:
+        """Return whether the true load meets a prop around some steps of its path."""
+        part, size_m = self.parts[lift.component], self.site.frame.voxel_size_m
+        path = (np.asarray(lift.path_vox, np.float64) - np.array(part.target_vox)) * size_m
+        tube, middle = _tube(*ends_m), (ends_m[0] + ends_m[1]) / 2.0
+        for step in steps.tolist():
+            after = path[min(step + 1, len(path) - 1)]
+            for share in np.arange(0.0, 1.0, min(1.0, 0.05 / size_m)):
+                tube.setTranslation(middle - path[step] - share * (after - path[step]))
+                if fcl.collide(tube, self._body(lift.component)):
+                    return True
         return False
 
     # What it is about.
@@ -363,6 +379,13 @@ class _Proof:
 
     def _names(self, numbers: Collection[int]) -> str:
         return ", ".join(self.parts[n].label for n in numbers)
+
+
+def _tube(start_m: _Floats, end_m: _Floats) -> fcl.CollisionObject:
+    """Return the body of a prop between two points."""
+    length_m = float(np.linalg.norm(end_m - start_m))
+    placed = fcl.Transform(_turned_to((end_m - start_m) / length_m), (start_m + end_m) / 2.0)
+    return fcl.CollisionObject(fcl.Capsule(_TUBE_M, length_m), placed)
 
 
 def _turned_to(along: _Floats) -> _Floats:
