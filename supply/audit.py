@@ -26,7 +26,8 @@ def findings(pins: Mapping[str, Sequence[Pin]], folder: Path) -> Iterator[str]:
     for distribution in sorted(distributions(path=[str(folder)]), key=lambda one: normalised(one.name)):
         name = normalised(distribution.name)
         versions = [pin.version for pin in pins.get(name, ())]
-        if name != OURS and distribution.version not in versions:
+        # "2.13.0+cpu" is a build of 2.13.0 for one kind of processor (PEP 440, local version identifiers).
+        if name != OURS and not {distribution.version, distribution.version.partition("+")[0]} & set(versions):
             expected = f"the lock file has {' and '.join(versions)}" if versions else "it is not in the lock file"
             yield f"{name} {distribution.version} is installed, but {expected}"
         yield from _altered(name, distribution, folder, owned)

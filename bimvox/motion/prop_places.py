@@ -39,7 +39,7 @@ _AROUND_M, _ON_COLUMN_M = 0.15, 0.05
 _FACE_M = 0.02
 _LEAST_CLEAR_M = 0.1
 """Of loads, where no place keeps the rule's clearance: they are guided past the prop by hand."""
-_MOST_PROPS = 6
+_MOST_PROPS, _MOST_SHORES = 6, 20
 _FLOOR_DOWN_M = 1.0
 """The floor of a foot is at most this far below that of the part."""
 
@@ -188,20 +188,24 @@ class Places:
         return tuple(shores)
 
     def where_it_overhangs(self, bearing_m: _Floats, size_m: float) -> tuple[Prop, ...]:
-        """Return shores below the corners of a part that nothing carries; none if it would tip all the same.
+        """Return shores below the long edges of a part where nothing carries it; none if it would tip all the same.
 
         ``bearing_m``: (N, 2) where it rests on something; ``size_m``: how exact that is.
         """
         body, centre = self.body, shapely.Point(*self.centre_m)
         held = shapely.MultiPoint(bearing_m).convex_hull.buffer(size_m)
+        half_kn = self.part.mass_kg * _G / 1e3 / 2.0
+        strongest_kn = max((one.load_kn for one in self._types(PropKind.SHORE)), default=1e-9)
+        count = min(max(2, ceil(half_kn / strongest_kn)), _MOST_SHORES)
         shores: list[Prop] = []
-        for along, aside in product((-1.0, 1.0), repeat=2):
+        for side, n in product((-1.0, 1.0), range(count)):
+            insets = ((0.3, 0.0), (0.6, 0.2), (1.0, -0.2))
             places = [
-                body.at(along * max(body.long_m / 2.0 - inset, 0.0), aside * max(body.wide_m / 2.0 - inset, 0.0))
-                for inset in (0.3, 0.6, 1.0)
+                body.at(((n + 0.5 + aside) / count - 0.5) * body.long_m, side * max(body.wide_m / 2.0 - inset, 0.0))
+                for inset, aside in insets
             ]
             if not held.contains(shapely.Point(*places[0])):
-                shores += self._shore(places, self.part.mass_kg * _G / 1e3 / 2.0)
+                shores += self._shore(places, half_kn / count)
         heads = shapely.MultiPoint([one.head_m[:2] for one in shores])
         return tuple(shores) if held.union(heads).convex_hull.contains(centre) else ()
 

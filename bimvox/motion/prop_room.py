@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import kernel
 from bimvox.motion.prop_times import NEVER_NS, Timeline
-from bimvox.planning.contact.pairs import Collider, ball, collide, collision_object, tube
+from bimvox.planning.contact.pairs import Collider, ball, collide, collision_object, crossings_above, tube
 from bimvox.records.lift import Lift
 from bimvox.records.props import Prop
 from bimvox.site.component import Component
@@ -118,6 +118,8 @@ class Room:
         plate = ball(_HALF_M, foot_m + np.array([0.0, 0.0, _HALF_M + 0.04]))
         for n in np.flatnonzero(meets).tolist():
             if collide(off_head if n == part.index else whole, self._body(n)) or collide(plate, self._body(n)):
+                return False
+            if crossings_above(self._of(n), (head_m + foot_m) / 2.0) % 2:  # all of it is inside
                 return False
         return True
 

@@ -1,9 +1,8 @@
 """When work that the crane does not do is done, when joints have cured, and where the crane must pause for either.
 
-Work at a part begins when all earlier lifts of the sequence are set and what it rests on carries. Below a floor that
-was cast before, it begins when that carries: until then falsework, or the shores of planks, stand there. One crew casts
-and another one sets parts by hand, each one part after the other. Meanwhile the crane does the lifts that do not rest
-on it; then it pauses. Work before the first lift is done before the clock starts.
+Work at a part begins when all earlier lifts of the sequence are set and what it rests on carries. One crew casts and
+another one sets parts by hand, each one part after the other. Meanwhile the crane does the lifts that do not rest on
+it; then it pauses. Work before the first lift is done before the clock starts.
 """
 
 from __future__ import annotations
@@ -22,13 +21,9 @@ from bimvox.site.casting import curing_s, waits_for_joints, work_and_wait_s
 from bimvox.site.component import Component
 from bimvox.site.means import Means
 from bimvox.site.site import Site
-from bimvox.site.work import Work, kind_of
 from bimvox.units import NS_PER_S
 
 _NOWHERE = 2**30
-_SPANNING = frozenset((Work.BEAM, Work.SLAB, Work.STAIR))
-_FALSEWORK_M = 6.0
-"""What is cast higher than this above a part has its falsework elsewhere."""
 
 
 def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -> Steps:
@@ -70,8 +65,7 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
         elif lift.is_set_otherwise:
             means = component.means
             work_s, wait_s = work_and_wait_s(casting, site.rules.building, component, component.mass_kg)
-            above_ns = (carries_ns[n] for n in resting.below_falsework(lift.component) if n in carries_ns)
-            begins_ns = max(ready_ns, 0 if last_ns is None else so_far.ending_ns(last_ns), *above_ns)
+            begins_ns = max(ready_ns, 0 if last_ns is None else so_far.ending_ns(last_ns))
             if means is not Means.CRANE:
                 begins_ns = max(begins_ns, free_ns[means])
             free_ns[means] = ends_ns = begins_ns + round(work_s * NS_PER_S)
@@ -138,9 +132,6 @@ class Resting:
             for earlier, later in (*((other, part.id) for other in part.after), *((part.id, o) for o in part.before)):
                 if earlier in numbers and later in numbers:
                     self._asked.setdefault(numbers[later], []).append(numbers[earlier])
-        self._spans = np.array([kind_of(part) in _SPANNING for part in parts], np.bool_)
-        self._cast = np.array([part.means is Means.IN_SITU for part in parts], np.bool_)
-        self._falsework_vox = whole_cells(_FALSEWORK_M, site.frame.voxel_size_m)
         self._gap_vox = 1 + whole_cells(site.rules.support_gap_m, site.frame.voxel_size_m)
 
     def on(self, number: int, *, held: bool = True) -> tuple[int, ...]:
@@ -158,20 +149,6 @@ class Resting:
             found.update(np.flatnonzero(near).tolist())
         found.update(other for other in self._asked.get(number, ()) if earlier[other])
         return tuple(sorted(found))
-
-    def below_falsework(self, number: int) -> tuple[int, ...]:
-        """Return the earlier parts that were cast above this one: their falsework, or shores, stand on its floor.
-
-        No other floor is between them.
-        """
-        low, high = self._low, self._high
-        over = (low[:, :2] < high[number, :2]) & (high[:, :2] > low[number, :2])
-        above = self._spans & over.all(axis=1) & (low[:, 2] >= high[number, 2] - 1) & (self._order < _NOWHERE)
-        above[number] = False
-        lowest = low[above, 2].min(initial=_NOWHERE)
-        near = above & (low[:, 2] <= lowest + 1) & (lowest - high[number, 2] <= self._falsework_vox)
-        found = np.flatnonzero(near & self._cast & (self._order < self._order[number]))
-        return tuple(int(n) for n in found)
 
     def bearing(self, number: int) -> NDArray[np.int64]:
         """Return the (N, 2) columns in which a part is on earlier ones, on the ground or over structure."""

@@ -259,7 +259,6 @@ _ROUNDING_NS = 1
 _SPANNING = frozenset((Work.BEAM, Work.SLAB, Work.STAIR))
 """What spans; on the ground it is cast as a footing."""
 _ON_GROUND_M = 0.3
-_FALSEWORK_M = 6.0
 
 
 def verify_steps(plan: LiftPlan, motions: Sequence[LiftMotion], steps: Steps, store: Store | None = None) -> Check:
@@ -354,32 +353,6 @@ class _Proof:
         else:
             look(step.begins_ns >= 0, f"{name}: it begins before the clock starts")
         self._check_set(name, part, step.begins_ns)
-        for other in self._cast_above(part):
-            carries_ns = self.steps[other.index].carries_ns
-            look(
-                step.begins_ns >= carries_ns - _ROUNDING_NS,
-                f"{name}: it begins at {step.begins_ns / 1e9:.3f} s of elapsed time; falsework or shores of "
-                f"{other.label} stand above it until {carries_ns / 1e9:.3f} s",
-            )
-
-    def _cast_above(self, part: Component) -> list[Component]:
-        """Return the floors right above a part that are cast before it."""
-        (low, high), above = part.mesh.bounds_m, []
-        for other in self.site.components:
-            other_low, other_high = other.mesh.bounds_m
-            wide = (np.minimum(high, other_high) - np.maximum(low, other_low))[:2] > 2.0 * self.site.frame.voxel_size_m
-            if other is not part and kind_of(other) in _SPANNING and wide.all() and other_low[2] >= high[2]:
-                above.append(other)
-        lowest_m = min((float(other.mesh.bounds_m[0, 2]) for other in above), default=np.inf)
-        return [
-            other
-            for other in above
-            if other.means is Means.IN_SITU
-            and other.index in self.steps
-            and self._order(other) < self._order(part)
-            and other.mesh.bounds_m[0, 2] <= lowest_m + 1e-6
-            and lowest_m - high[2] <= _FALSEWORK_M - 1.0
-        ]
 
     def _check_set(self, name: str, part: Component, at_ns: int) -> None:
         """Check that what a part rests on, or must come after, carries at a time."""

@@ -13,6 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from bimvox.proof.bodies.solid import is_inside, solid_of
 from bimvox.proof.bodies.triangles import TriangleCheck, shape_of
 from bimvox.proof.plan import triangles_of
 from bimvox.records.lift import Lift, LiftPlan, Status
@@ -92,6 +93,11 @@ class _Proof:
         }
         self.lifts = {lift.component: lift for lift in plan.lifts}
         self.set_ns = {n: self._set_ns(n) for n in range(len(self.parts))}
+        self.carried = [n for n in self.motions if self.lifts[n].path_vox is not None]
+        flights = [(self._elapsed_ns(self.motions[n].raised_ns), self.set_ns[n]) for n in self.carried]
+        self.flights = np.array(flights, np.int64).reshape(-1, 2)
+        paths = [(np.asarray(self.lifts[n].path_vox), self.parts[n].shape.size_vox) for n in self.carried]
+        self.ways = np.array([(way.min(axis=0), way.max(axis=0) + size) for way, size in paths]).reshape(-1, 2, 3)
 
     def run(self, props: Props) -> None:
         """Look at everything."""
@@ -265,6 +271,11 @@ class _Proof:
         ball = fcl.CollisionObject(fcl.Sphere(radius_m), fcl.Transform(point_m))
         return bool(fcl.collide(ball, self._body(n)))
 
+    def _is_within(self, n: int, point_m: _Floats) -> bool:
+        low, high = self.bounds[n]
+        within = bool((point_m > low).all() and (point_m < high).all())
+        return within and bool(is_inside(solid_of(self.meshes[n], self.site.rules.contact_tolerance_m), point_m))
+
     def _is_on_floor(self, point_m: _Floats, at_ns: int, radius_m: float) -> bool:
         i, j, _ = self.site.frame.cell_of(point_m)
         if 0 <= i < self.site.shape[0] and 0 <= j < self.site.shape[1]:
@@ -289,7 +300,7 @@ class _Proof:
             for n in np.flatnonzero(near).tolist():
                 set_ns = self.set_ns.get(n, -1)
                 there = set_ns is not None and (until_ns is None or set_ns < until_ns)
-                if there and fcl.collide(tube, self._body(n)):
+                if there and (fcl.collide(tube, self._body(n)) or self._is_within(n, (start + end) / 2.0)):
                     yield self.parts[n].label if n < len(self.parts) else "the structure"
         count = int(length_m / 0.05) + 2
         cells = self.site.frame.cell_of(head + np.linspace(0.0, 1.0, count)[:, None] * (foot - head))
@@ -306,32 +317,30 @@ class _Proof:
         cells = np.unique(self.site.frame.cell_of((points[:, None] + asides).reshape(-1, 3)), axis=0)
         along = (foot - head) / np.linalg.norm(foot - head)
         ends = head + _TUBE_M * along, foot - _TUBE_M * along
-        for n, motion in self.motions.items():
-            lift = self.lifts[n]
-            begins_ns, ends_ns = self._elapsed_ns(motion.raised_ns), self._elapsed_ns(motion.set_ns)
-            meanwhile = ends_ns > from_ns and (until_ns is None or begins_ns < until_ns)
-            if n == part.index or not meanwhile or lift.path_vox is None:
-                continue
-            near = self._steps_at(lift, cells)
+        near = self.flights[:, 1] > from_ns
+        if until_ns is not None:
+            near &= self.flights[:, 0] < until_ns
+        near &= (self.ways[:, 0] <= cells.max(axis=0)).all(axis=1) & (self.ways[:, 1] > cells.min(axis=0)).all(axis=1)
+        for n in np.array(self.carried)[near].tolist():
+            lift, steps = self.lifts[n], self._steps_at(self.lifts[n], cells)
             turns = lift.with_jib or lift.guide is not None
-            if len(near) and (turns or self._passes_through(lift, near, ends)):
+            if n != part.index and len(steps) and (turns or self._passes_through(lift, steps, ends)):
                 yield n
 
     def _steps_at(self, lift: Lift, cells: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the steps of a path at which the load's cells, turned as at its place, are at one of (N, 3) cells."""
         part = self.parts[lift.component]
-        path = np.asarray(lift.path_vox, np.int64)
-        size = np.array(part.shape.size_vox)
-        low, high = path.min(axis=0), path.max(axis=0) + size
-        cells = cells[((cells >= low) & (cells < high)).all(axis=1)]
+        path, size = np.asarray(lift.path_vox, np.int64), np.array(part.shape.size_vox)
+        near = (path <= cells.max(axis=0)).all(axis=1) & (path + size > cells.min(axis=0)).all(axis=1)
         dense = np.zeros(size, np.bool_)
         dense[tuple(part.shape.cells.T)] = True
-        met = np.zeros(len(path), np.bool_)
-        for cell in cells:
-            at = cell - path
-            inside = ((at >= 0) & (at < size)).all(axis=1)
-            met[inside] |= dense[tuple(at[inside].T)]
-        return np.flatnonzero(met)
+        met = []
+        for step in np.flatnonzero(near).tolist():
+            at = cells - path[step]
+            inside = at[((at >= 0) & (at < size)).all(axis=1)]
+            if dense[tuple(inside.T)].any():
+                met.append(step)
+        return np.array(met, np.int64)
 
     def _passes_through(self, lift: Lift, steps: NDArray[np.int64], ends_m: tuple[_Floats, _Floats]) -> bool:
         """Return whether the true load meets a prop around some steps of its path."""

@@ -274,7 +274,7 @@ LONG = (
 OF_AN_EARLIER_VERSION = pytest.mark.xfail(
     strict=True, reason="measured before 85 % of the chart, joints and upending: run its benchmark again"
 )
-MARKS = ((LONG, pytest.mark.slow), (("stops and waits",), OF_AN_EARLIER_VERSION))
+MARKS = ((LONG, pytest.mark.slow),)
 
 
 @pytest.mark.parametrize(

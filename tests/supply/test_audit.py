@@ -50,6 +50,15 @@ def test_another_version_and_an_unknown_package_are_found(installed):
     assert unknown == "thing 1.0 is installed, but it is not in the lock file"
 
 
+def test_a_build_of_the_locked_version_for_one_kind_of_processor_is_that_version(installed):
+    metadata = installed / "thing-1.0.dist-info" / "METADATA"
+    metadata.write_text("Metadata-Version: 2.1\nName: Thing\nVersion: 1.0+cpu\n")
+    assert list(findings(PINS, installed)) == []
+    metadata.write_text("Metadata-Version: 2.1\nName: Thing\nVersion: 1.1+cpu\n")
+    (other,) = findings(PINS, installed)
+    assert other == "thing 1.1+cpu is installed, but the lock file has 1.0 and 2.0"
+
+
 @pytest.mark.parametrize("name", ["evil.pth", "sitecustomize.py", "usercustomize.py"])
 def test_a_file_that_runs_at_start_up_and_is_of_no_package_is_found(installed, name):
     (installed / name).write_text("import os\n")

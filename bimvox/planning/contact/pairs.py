@@ -51,7 +51,7 @@ def _lies_inside(part_m: NDArray[np.float64], around_m: NDArray[np.float64]) -> 
     if not len(near_m):
         return False
     points_m = np.einsum("k,fkd->fd", _WITHIN, near_m[_first_of_bodies(near_m)])
-    return any(_crossings_above(around_m, point_m) % 2 for point_m in points_m)
+    return any(crossings_above(around_m, point_m) % 2 for point_m in points_m)
 
 
 def _first_of_bodies(triangles_m: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -344,7 +344,7 @@ class Contacts:
                         break
                     moved_m = direction * out_m * np.eye(3)[axis]
                     point_m = self._triangles[first][0].mean(axis=0) + moved_m
-                    outside = _crossings_above(self._triangles[second], point_m) % 2 == 0
+                    outside = crossings_above(self._triangles[second], point_m) % 2 == 0
                     part.setTranslation(moved_m)
                     if outside and not fcl.collide(part, other) and not self._still_enclosed(first, second, moved_m):
                         shortest_m, way_m = out_m, moved_m
@@ -380,7 +380,7 @@ def _clash(first: str, second: str, way_m: NDArray[np.float64] | None) -> Modell
     return ModelledClash(first, second, round(float(np.abs(way_m).sum()), 6), (x, y, z))
 
 
-def _crossings_above(triangles_m: NDArray[np.float64], point_m: NDArray[np.float64]) -> int:
+def crossings_above(triangles_m: NDArray[np.float64], point_m: NDArray[np.float64]) -> int:
     """Return how many of (F, 3, 3) triangles a line straight up from a point, (3,) metres, crosses."""
     a, b, c = (triangles_m[:, n, :2] - point_m[:2] for n in range(3))
     ab, bc, ca = (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((a, b), (b, c), (c, a)))
