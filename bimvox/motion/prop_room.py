@@ -15,6 +15,7 @@ from bimvox.planning.contact.pairs import Collider, ball, collide, collision_obj
 from bimvox.records.lift import Lift
 from bimvox.records.props import Prop
 from bimvox.site.component import Component
+from bimvox.site.means import Means
 from bimvox.site.site import Site
 
 _Floats = NDArray[np.float64]
@@ -50,6 +51,8 @@ class Room:
         self._meshes = [*(part.mesh for part in site.components), *fixed]
         self.bounds_m = np.array([mesh.bounds_m for mesh in self._meshes]).reshape(-1, 2, 3)
         self._since_ns = np.array([*times.there_ns, *([-NEVER_NS] * len(fixed))], np.int64)
+        waits = [part.means in (Means.BUILT, Means.BY_HAND) for part in site.components]
+        self._waits = np.array([*waits, *([False] * len(fixed))], np.bool_)
         self._solid = np.zeros(site.shape, np.bool_)
         for blocker in site.blockers:
             if blocker.kind in ("crane", "obstruction"):
@@ -102,26 +105,31 @@ class Room:
         near &= (self._prop_spans[:, 0] < span_ns[1]) & (self._prop_spans[:, 1] > span_ns[0])
         if any(_least_m(points, self._props[n]) < _APART_M for n in np.flatnonzero(near).tolist()):
             return 0.0
-        if not self._are_clear(part, head_m, foot_m, span_ns[1], (low, high)):
+        meets = (self.bounds_m[:, 0] <= high).all(axis=1) & (self.bounds_m[:, 1] >= low).all(axis=1)
+        meets &= (self._since_ns < span_ns[1]) & ~(self._waits & (self._since_ns > span_ns[0]))
+        if any(self._in_the_way(part, head_m, foot_m, np.flatnonzero(meets))):
             return 0.0
         return self._loads.clearance_m(part.index, points, span_ns, most_m)
 
-    def _are_clear(
-        self, part: Component, head_m: _Floats, foot_m: _Floats, until_ns: int, box_m: tuple[_Floats, _Floats]
-    ) -> bool:
-        """Return whether no part and no structure is within half a prop of it until a time."""
-        meets = (self.bounds_m[:, 0] <= box_m[1]).all(axis=1) & (self.bounds_m[:, 1] >= box_m[0]).all(axis=1)
-        meets &= self._since_ns < until_ns
+    def holding_up(self, part: Component, props: Iterable[Prop], span_ns: tuple[int, int]) -> tuple[int, ...]:
+        """Return the components that trades build, or people set, where props of a part stand: they wait for them."""
+        later = self._waits & (self._since_ns > span_ns[0]) & (self._since_ns < span_ns[1])
+        numbers = np.flatnonzero(later)
+        ends = ((np.array(one.head_m), np.array(one.foot_m)) for one in props)
+        return tuple(sorted({n for head_m, foot_m in ends for n in self._in_the_way(part, head_m, foot_m, numbers)}))
+
+    def _in_the_way(
+        self, part: Component, head_m: _Floats, foot_m: _Floats, numbers: NDArray[np.int64]
+    ) -> Iterator[int]:
+        """Yield those of some parts and structures that are within half a prop of it."""
         along = (foot_m - head_m) / float(np.linalg.norm(foot_m - head_m))
         whole = tube(_HALF_M, head_m + (0.1 + _HALF_M) * along, foot_m - _ENDS_M * along)
         off_head = tube(_HALF_M, head_m + _ENDS_M * along, foot_m - _ENDS_M * along)
         plate = ball(_HALF_M, foot_m + np.array([0.0, 0.0, _HALF_M + 0.04]))
-        for n in np.flatnonzero(meets).tolist():
-            if collide(off_head if n == part.index else whole, self._body(n)) or collide(plate, self._body(n)):
-                return False
-            if crossings_above(self._of(n), (head_m + foot_m) / 2.0) % 2:  # all of it is inside
-                return False
-        return True
+        for n in numbers.tolist():
+            meets = collide(off_head if n == part.index else whole, self._body(n)) or collide(plate, self._body(n))
+            if meets or crossings_above(self._of(n), (head_m + foot_m) / 2.0) % 2:  # or all of it is inside
+                yield n
 
     def _below(self, points_m: _Floats, low_m: float, at_ns: int) -> _Floats:
         """Return the height of what is below (N, 3) points at a time, down to a level; NaN where there is nothing."""

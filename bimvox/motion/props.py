@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import shapely
@@ -85,7 +86,9 @@ class _Choice:
                 part = self._parts[lift.component]
                 one = self._upright(lift, part) if kind_of(part) in _UPRIGHT else self._lying(lift, part)
                 if one.props:
-                    self._room.add(one.props, (one.from_ns, NEVER_NS if one.until_ns is None else one.until_ns))
+                    span_ns = (one.from_ns, NEVER_NS if one.until_ns is None else one.until_ns)
+                    self._room.add(one.props, span_ns)
+                    one = replace(one, holds_up=self._room.holding_up(part, one.props, span_ns))
                 yield one
 
     def _held(

@@ -143,7 +143,7 @@ class _Proof:
         """Return whether all its numbers are of this plan, and finite."""
         numbers = [value for one in held.props for value in (*one.head_m, *one.foot_m, one.load_kn)]
         finite = bool(np.isfinite(numbers).all() and (np.abs(numbers) < _FAR).all())
-        known = all(0 <= n < len(self.parts) for n in (*held.by, *held.waits_for))
+        known = all(0 <= n < len(self.parts) for n in (*held.by, *held.waits_for, *held.holds_up))
         good = finite and known and held.order == self.motions[held.component].order
         self.check.look(good, f"lift {held.order + 1}: what holds it makes no sense")
         return good
@@ -259,7 +259,7 @@ class _Proof:
         kept_free = on_site and (self.site.yard[i, j] or (self.site.access is not None and self.site.access[i, j]))
         look(on_site and not kept_free, f"{said}: it stands beside the site, in the yard or on the access")
         until_ns = held.until_ns
-        met = list(self._in_the_way(part, head, foot, until_ns))
+        met = list(self._in_the_way(held, head, foot))
         look(not met, f"{said}: {', '.join(met[:3])} is in its way")
         passing = [self.parts[n].label for n in self._loads_at(part, head, foot, held.from_ns, until_ns)]
         look(not passing, f"{said}: the load {', '.join(passing[:3])} passes through it")
@@ -288,8 +288,10 @@ class _Proof:
         here = (n for n in np.flatnonzero(near).tolist() if n >= len(self.parts) or self._there_by(n, at_ns))
         return any(self._is_near(n, point_m, radius_m) for n in here)
 
-    def _in_the_way(self, part: Component, head: _Floats, foot: _Floats, until_ns: int | None) -> Iterator[str]:
-        """Yield the names of what is in the way of a prop until it goes."""
+    def _in_the_way(self, held: Held, head: _Floats, foot: _Floats) -> Iterator[str]:
+        """Yield the names of what is in the way of a prop until it goes; not what it is said to hold up."""
+        until_ns, by_others = held.until_ns, (Means.BUILT, Means.BY_HAND)
+        waiting = {n for n in held.holds_up if self.parts[n].means in by_others and not self._there_by(n, held.from_ns)}
         length_m = float(np.linalg.norm(foot - head))
         along = (foot - head) / length_m
         start, end = head + _ENDS_M * along, foot - _ENDS_M * along
@@ -297,7 +299,7 @@ class _Proof:
             tube = _tube(start, end)
             low, high = np.minimum(start, end) - _TUBE_M, np.maximum(start, end) + _TUBE_M
             near = (self.bounds[:, 0] <= high).all(axis=1) & (self.bounds[:, 1] >= low).all(axis=1)
-            for n in np.flatnonzero(near).tolist():
+            for n in sorted(set(np.flatnonzero(near).tolist()) - waiting):
                 set_ns = self.set_ns.get(n, -1)
                 there = set_ns is not None and (until_ns is None or set_ns < until_ns)
                 if there and (fcl.collide(tube, self._body(n)) or self._is_within(n, (start + end) / 2.0)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
@@ -13,6 +13,7 @@ from bimvox.records.steps import Steps
 from bimvox.site.component import Component
 from bimvox.site.props import PropKind
 from bimvox.site.site import Site
+from bimvox.sparse import SPARSE
 
 Point = tuple[float, float, float]
 
@@ -65,6 +66,7 @@ class Held:
         until_ns: When its props may go; None: as its designer says, because nothing in the plan takes their place, or
             because it has none.
         waits_for: Indices of the parts whose joints, or whose concrete, must carry before that; its own are among them.
+        holds_up: Indices of the parts that trades build, or people set, where its props stand: they wait for these.
     """
 
     order: int
@@ -75,6 +77,7 @@ class Held:
     from_ns: int
     until_ns: int | None
     waits_for: tuple[int, ...]
+    holds_up: tuple[int, ...] = field(default=(), metadata=SPARSE)
 
     def in_words(self, site: Site) -> str:
         """Return what holds the part, in a few words."""
@@ -209,6 +212,8 @@ HELD = Record(
     ("from_s", float, "From when it must be held, elapsed seconds.", lambda it, _: _seconds(it.from_ns)),
     ("until_s", Maybe(float), "When its props may go; null: as its designer says, or it has none.",
      lambda it, _: _seconds(it.until_ns)),
+    ("holds_up", tuple[str, ...], "Ids of the parts that are built or set by hand where its props stand: they wait.",
+     lambda it, site: [site.components[n].id for n in it.holds_up]),
     ("waits_for", tuple[str, ...], "Ids of the parts whose joints or concrete must carry before its props may go.",
      lambda it, site: [site.components[n].id for n in it.waits_for]),
 )  # fmt: skip

@@ -40,6 +40,7 @@ from bimvox.site.ground import Ground
 from bimvox.site.means import Means
 from bimvox.site.site import Blocker, names_by_id
 from bimvox.site.work import Work, kind_of
+from bimvox.units import elapsed
 
 NEAR_M = 0.05
 """Parts closer than this touch: bearings and grout joints are 10 to 50 mm high (professional judgement). A larger
@@ -92,6 +93,10 @@ def held(subject: Subject) -> Iterator[Remark]:
             yield table.NOT_HELD(part, what="props" if kind_of(part) in _UPRIGHT else "shores")
         elif kind_of(part) in _UPRIGHT and one.by and one.hold in (Hold.NEIGHBOURS, Hold.PROPS):
             yield table.FIXED_TO(part, names=listed((name_of(parts[n]) for n in one.by), _NAMED))
+        if one.holds_up:
+            when = "when the designer says so" if one.until_ns is None else f"elapsed {elapsed(one.until_ns / 1e9)}"
+            names = listed((name_of(parts[n]) for n in one.holds_up), _NAMED)
+            yield table.HOLDS_UP(part, names=names, is_="is" if len(one.holds_up) == 1 else "are", when=when)
         keep += bool(one.props) and one.until_ns is None
     if keep:
         several = keep > 1

@@ -94,6 +94,8 @@ NOT_HELD = Row("not_held", _SERIOUS,
     "does, or set it after what it can be fixed to")
 FIXED_TO = Row("not_held", _MINOR,
     "there is no place for props in every direction: fix it to {names} before its slings come off")
+HOLDS_UP = Row("props_in_the_way", _MINOR,
+    "its props stand where {names} {is_} built or set by hand: that waits until they go, {when}")
 KEEPS_PROPS = Row("keeps_props", _NOTE,
     "{count:,} part{s} keep{v} props until the designer says so: no floor of the plan holds {heads}")
 NOT_BY_ROAD = Row("transport", _SERIOUS, "{what}: it cannot go by road in one piece")

@@ -128,3 +128,14 @@ def test_a_rule_that_asks_for_none_gives_none():
     plan, motions = made(ROOM, Rules())
     assert props_of(plan, motions) == Props()
     assert checked(plan, motions, Props()).passed
+
+
+def test_what_trades_build_where_props_stand_waits_for_them():
+    stacks = ("stacks", (2.6, 2.4, 0.0), (7.6, 7.6, 2.0), WALL)
+    plan, motions = made((*ROOM[:2], stacks), means=(("stacks", Means.BY_HAND),))
+    props = props_of(plan, motions)
+    by_name = {part.id: part.index for part in plan.site.components}
+    assert held_by_name(plan, motions)["west"].holds_up == (by_name["stacks"],)
+    assert checked(plan, motions, props).passed
+    silent = Props(tuple(dataclasses.replace(one, holds_up=()) for one in props.held))
+    assert any("stacks is in its way" in failure for failure in checked(plan, motions, silent).failures)

@@ -103,6 +103,7 @@ def props(record: dict[str, Any]) -> str:
         paragraph(about),
         _types(found),
         tag("div", "".join(map(_storey, found["storeys"])), "sheets"),
+        _closed(with_props),
         _steps(with_props),
         _parts(with_props),
         _others(held),
@@ -146,6 +147,17 @@ def _prop(sheet: Sheet, prop: dict[str, Any]) -> list[str]:
     head, foot = sheet.at(prop["head_m"]), sheet.at(prop["foot_m"])
     words = tip(f"lift {prop['number']}: {prop['type']}")
     return [line(head, foot, "prop"), element("circle", words, cx=foot[0], cy=foot[1], r=2.5, class_="prop foot")]
+
+
+def _closed(held: Iterable[dict[str, Any]]) -> str:
+    """Return until when shores close the floor below; empty without any."""
+    shored = [one for one in held if one["hold"] == "shores"]
+    if not shored:
+        return ""
+    numbers = ", ".join(ranges(one["number"] for one in shored))
+    last = max(shored, key=lambda one: one["until_s"])
+    until = f"elapsed {elapsed(last['until_s'])}" + (f", {_date(last['until_at'])}" if last["until_at"] else "")
+    return paragraph(f"Shores close the floor below lifts {numbers} to other work until {until} at the latest.")
 
 
 def _steps(held: Iterable[dict[str, Any]]) -> str:
