@@ -65,7 +65,7 @@ def test_a_good_log_is_proven_from_itself_alone(site_folder, tmp_path_factory):
     assert (document["lifts"], document["infeasible_lifts"], document["revision"]) == (8, 0, 0)
     plan_checks = {check.name for check in verify_plan(read_log(alone).plan).checks}
     of_the_log = {"values", "digests", "own_files", "load_poses", "joint_states", "commands", "shown"}
-    assert set(document["checks"]) == plan_checks | set(UNITS) | {"motion_margin", "steps"} | of_the_log
+    assert set(document["checks"]) == plan_checks | set(UNITS) | {"motion_margin", "steps", "props"} | of_the_log
     for check in document["checks"].values():
         assert {"passed", "samples", "worst", "unit", "failures"} <= set(check)
         assert check["failures"] == []
@@ -102,7 +102,7 @@ def test_a_site_without_a_crane_is_proven_too(site_folder):
     from bimvox.site.build import labels_of, with_digests
 
     blockers = tuple(blocker for blocker in record.plan.site.blockers if blocker.kind != "crane")
-    rules = dataclasses.replace(record.plan.site.rules, gives_way=(), curing=None, upend_s=0.0)
+    rules = dataclasses.replace(record.plan.site.rules, gives_way=(), curing=None, props=None, upend_s=0.0)
     parts = tuple(dataclasses.replace(part, lifting=USUAL_LIFTING) for part in record.plan.site.components)
     site = dataclasses.replace(
         record.plan.site, cranes=(), blockers=blockers, rules=rules, components=parts, access=None

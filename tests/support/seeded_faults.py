@@ -160,6 +160,8 @@ def site_file_of(site: Site, **changes: Any) -> bytes:
     """Return the site file that gives this site: rules, crane, zones, areas, extent and what it asks of parts."""
     rules = dataclasses.asdict(site.rules) | {"swing": site.rules.swing.value, "heading": site.rules.heading.value}
     rules |= dict.fromkeys(rules.pop("gives_way"))  # defaults are not written
+    if rules["props"] is None:
+        rules["props"] = {"planned": False}
     if rules["curing"] is None:
         rules["curing"] = dict.fromkeys(CuringConfig.model_fields, 0.0) | {"floors_wait": True}
     lying = rules.pop("yard")

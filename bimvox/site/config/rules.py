@@ -221,6 +221,8 @@ class PropTypeConfig(Table):
 class PropsConfig(Table):
     """Push-pull props of walls and columns, shores below planks. Sources: docs/formats.md."""
 
+    planned: Flag = True
+    """``false``: the plan says nothing of what holds a part when its slings come off."""
     wind_kn_m2: Annotated[NotNegative, Field(le=1e3)] = FIELD_PROPS.wind_kn_m2
     """Wind on a part that stands on its props."""
     clearance_m: Annotated[NotNegative, Field(le=10.0)] = FIELD_PROPS.clearance_m
@@ -232,10 +234,11 @@ class PropsConfig(Table):
     types: Annotated[tuple[PropTypeConfig, ...], Field(max_length=100)] = ()
     """Your own props; without them, generic ones. The first one that is long and strong enough is taken."""
 
-    def value(self) -> PropRules:
-        """Return the table as a value."""
+    def value(self) -> PropRules | None:
+        """Return the table as a value; None if no props are planned."""
         own = tuple(PropType(**one.model_dump()) for one in self.types)
-        return PropRules(**self.model_dump(exclude={"types"}), types=own or PROP_TYPES)
+        rules = PropRules(**self.model_dump(exclude={"planned", "types"}), types=own or PROP_TYPES)
+        return rules if self.planned else None
 
 
 class RulesConfig(Table):
