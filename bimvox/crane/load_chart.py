@@ -1,4 +1,4 @@
-"""What a crane may lift: capacity at a radius, interpolated on the safe side, and the wind for large areas."""
+"""What a crane may lift: capacity at a radius, as its chart lists it, and the wind for large areas."""
 
 from __future__ import annotations
 
@@ -12,10 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from bimvox.errors import InputError
 
+LISTED_WITHIN_M = 1e-6
+"""A radius beyond a listed one by no more than rounding counts as that one."""
+
 
 @dataclass(frozen=True, slots=True)
 class LoadChart:
-    """Capacity over radius, as data sheets give it.
+    """Capacity over radius, as data sheets list it.
 
     Attributes:
         radius_m: Radii, ascending.
@@ -57,44 +60,22 @@ def capacity_kg(chart: LoadChart, radius_m: NDArray[np.float64]) -> NDArray[np.f
 def capacity_kg(chart: LoadChart, radius_m: ArrayLike) -> float | NDArray[np.float64]:
     """Return the capacity, load and rigging together, at each radius.
 
-    Between two radii of the chart the curve is the hyperbola a / r + b through both points: the tipping moment of a
-    tower crane is mass times radius, so capacity falls as 1 / r, and the hyperbola lies below the straight chord.
-    Inside the first radius the first capacity applies; beyond the last radius it is 0.
+    Between two listed radii the smaller capacity applies, that of the larger radius, as makers' charts demand ("do not
+    interpolate"). Inside the first radius the first capacity applies; beyond the last radius it is 0.
 
-    ``radius_m``: a radius, or an array of any shape. Returns capacity, kg, of the same shape; never above the
-    piecewise-linear curve.
+    ``radius_m``: a radius, or an array of any shape. Returns capacity, kg, of the same shape.
     """
     at = np.asarray(chart.radius_m, dtype=np.float64)
-    carries = np.asarray(chart.capacity_kg, dtype=np.float64)
-    radius = np.asarray(radius_m, dtype=np.float64)
-    capacity = np.where(radius <= at[0], carries[0], 0.0)
-    if len(at) > 1:
-        i = np.clip(np.searchsorted(at, radius, side="left"), 1, len(at) - 1)
-        near, far = at[i - 1], at[i]
-        # Hyperbolic interpolation: 1 at near, 0 at far, (1/r - 1/far) / (1/near - 1/far) between.
-        share = near * (far - radius) / (np.maximum(radius, near) * (far - near))
-        inside = carries[i] + (carries[i - 1] - carries[i]) * np.clip(share, 0.0, 1.0)
-        capacity = np.where((radius > at[0]) & (radius <= at[-1]), inside, capacity)
-    return capacity if capacity.ndim else float(capacity)
+    carries = np.append(np.asarray(chart.capacity_kg, dtype=np.float64), 0.0)
+    capacity = carries[np.searchsorted(at + LISTED_WITHIN_M, np.asarray(radius_m, dtype=np.float64), side="left")]
+    return capacity if np.ndim(capacity) else float(capacity)
 
 
 @lru_cache(maxsize=4096)
 def max_radius_m(chart: LoadChart, mass_kg: float) -> float:
     """Return the largest radius at which the crane carries a mass (load and rigging together); 0 if there is none."""
-    at, carries = chart.radius_m, chart.capacity_kg
-    if mass_kg > carries[0]:
-        return 0.0
-    for i in range(len(at) - 1, -1, -1):
-        if carries[i] >= mass_kg:
-            break
-    if i == len(at) - 1:
-        return at[i]
-    share = (mass_kg - carries[i + 1]) / (carries[i] - carries[i + 1])
-    radius = 1.0 / (1.0 / at[i + 1] + share * (1.0 / at[i] - 1.0 / at[i + 1]))
-    # Rounding must not give a radius whose capacity is slightly below the mass.
-    while capacity_kg(chart, radius) < mass_kg:
-        radius = float(np.nextafter(radius, 0.0))
-    return max(radius, at[i])
+    listed = zip(reversed(chart.radius_m), reversed(chart.capacity_kg), strict=True)
+    return next((radius_m for radius_m, carries_kg in listed if carries_kg >= mass_kg), 0.0)
 
 
 @overload

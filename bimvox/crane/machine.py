@@ -163,11 +163,20 @@ def _axis(key: str, name: str, own: AxisLimits, wanted: AxisLimits) -> Override 
     return result
 
 
+def same_chart(own: LoadChart, wanted: LoadChart) -> bool:
+    """Return whether a chart lists nothing but what another lists; it may leave out radii in between."""
+    return _chart(own, wanted) is None
+
+
 def _chart(own: LoadChart, wanted: LoadChart) -> Override | None:
-    """Return how a load chart differs, at the radius where it differs most."""
+    """Return how a load chart differs, at the radius where it differs most.
+
+    Radii that it leaves out between its own are not compared: it carries less there.
+    """
     if own == wanted:
         return None
-    radii = np.union1d(own.radius_m, wanted.radius_m)
+    ends = [at for at in wanted.radius_m if not own.radius_m[0] <= at <= own.radius_m[-1]]
+    radii = np.union1d(own.radius_m, ends)
     carries, usual = (np.asarray(capacity_kg(chart, radii)) for chart in (own, wanted))
     off = np.abs(carries - usual)
     if (off <= SAME * np.maximum(usual, 1.0)).all():

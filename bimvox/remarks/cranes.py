@@ -13,7 +13,7 @@ from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.bim.kinds.words import density_of_kind
 from bimvox.compiled import kernel
 from bimvox.crane.load_chart import capacity_kg
-from bimvox.crane.machine import Machine, differences, does_more, is_same
+from bimvox.crane.machine import Machine, differences, does_more, is_same, same_chart
 from bimvox.crane.outline import mast_box_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
@@ -56,7 +56,7 @@ def _entry_of(crane: TowerCrane, named: Machine | None) -> TowerCrane | None:
     """
     if named is None:
         entries = (entry for machine in catalogue() for entry in (machine.usual, *machine.cranes))
-        return next((entry for entry in entries if entry.kind == crane.kind and entry.chart == crane.chart), None)
+        return next((e for e in entries if e.kind == crane.kind and same_chart(crane.chart, e.chart)), None)
     entries_of_jib = named.with_jib(crane.jib_own_m) or named.with_jib(max(named.lengths_m))
     return next((entry for entry in entries_of_jib if entry.falls == crane.falls), entries_of_jib[-1])
 

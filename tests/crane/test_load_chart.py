@@ -20,21 +20,18 @@ def charts(draw):
 
 
 @given(charts(), st.lists(st.floats(0.0, 200.0), min_size=1, max_size=20))
-def test_capacity_is_never_above_the_straight_line_nor_below_the_next_point(chart, radii):
-    radius = np.array(radii)
-    capacity = capacity_kg(chart, radius)
-    straight = np.interp(radius, chart.radius_m, chart.capacity_kg, right=0.0)
-    assert (capacity <= straight + 1e-9).all()
-    for r, c in zip(radius, capacity, strict=True):
-        further = [able for at, able in zip(chart.radius_m, chart.capacity_kg, strict=True) if at >= r]
-        assert c >= (further[0] if further else 0.0) - 1e-9
-        assert capacity_kg(chart, float(r)) == c
+def test_capacity_is_that_of_the_next_listed_radius(chart, radii):
+    capacity = capacity_kg(chart, np.array(radii))
+    for r, c in zip(radii, capacity.tolist(), strict=True):
+        further = [able for at, able in zip(chart.radius_m, chart.capacity_kg, strict=True) if at >= r - 1e-6]
+        assert c == capacity_kg(chart, r) == (further[0] if further else 0.0)
 
 
 @given(charts())
 def test_the_chart_holds_at_its_points_and_nothing_beyond(chart):
     at_points = capacity_kg(chart, np.array(chart.radius_m))
-    assert at_points == pytest.approx(np.array(chart.capacity_kg), rel=1e-12)
+    assert at_points.tolist() == list(chart.capacity_kg)
+    assert capacity_kg(chart, np.array(chart.radius_m) + 1e-9).tolist() == list(chart.capacity_kg)
     assert capacity_kg(chart, chart.radius_m[-1] * 1.0001) == 0.0
     assert capacity_kg(chart, 0.0) == chart.capacity_kg[0]
 
@@ -46,17 +43,15 @@ def test_the_largest_radius_carries_the_mass_and_no_larger_one_does(chart, mass)
         assert mass > chart.capacity_kg[0]
         return
     assert capacity_kg(chart, radius) >= mass
-    assert capacity_kg(chart, radius * 1.001) < mass * (1 + 1e-3) or radius * 1.001 < chart.radius_m[0]
-    assert capacity_kg(chart, radius * 1.01) < mass or capacity_kg(chart, radius * 1.01) == pytest.approx(mass)
+    assert capacity_kg(chart, radius + 2e-6) < mass
 
 
-def test_a_real_value_between_two_points():
-    # 10 t at 20 m, 5 t at 40 m is a constant moment of 200 tm: at 30 m it is 6.67 t, by the chord 7.5 t.
+def test_between_two_listed_radii_the_smaller_capacity_holds():
     chart = LoadChart((20.0, 40.0), (10_000.0, 5_000.0))
-    assert capacity_kg(chart, 30.0) == pytest.approx(20_000 / 3)
-    assert max_radius_m(chart, 20_000 / 3) == pytest.approx(30.0)
-    assert utilisation(chart, 30.0, 5_000.0) == pytest.approx(0.75)
-    assert utilisation(chart, np.array([40.0, 41.0]), 5_000.0).tolist() == [1.0, np.inf]
+    assert capacity_kg(chart, np.array([1.0, 20.0, 20.1, 40.0, 40.1])).tolist() == [10_000, 10_000, 5_000, 5_000, 0]
+    assert max_radius_m(chart, 5_001.0) == 20.0
+    assert max_radius_m(chart, 5_000.0) == 40.0
+    assert utilisation(chart, np.array([30.0, 40.0, 41.0]), 2_500.0).tolist() == [0.5, 0.5, np.inf]
 
 
 @pytest.mark.parametrize("crane", HAMMERHEADS, ids=lambda crane: crane.name)

@@ -9,7 +9,7 @@ from named_cranes import default_crane, default_luffing_crane
 
 from bimvox.crane.kinematics import with_luffing_jib
 from bimvox.crane.load_chart import LoadChart
-from bimvox.crane.machine import differences, does_more, is_same
+from bimvox.crane.machine import differences, does_more, is_same, same_chart
 
 SMALL = default_crane("hammerhead-30")
 
@@ -44,6 +44,20 @@ def test_what_belongs_to_the_site_is_not_a_difference():
     assert is_same(dataclasses.replace(SMALL, **more), SMALL)
     nearly = dataclasses.replace(SMALL.slewing, rate=round(SMALL.slewing.rate, 4))
     assert differences(dataclasses.replace(SMALL, slewing=nearly), SMALL) == ()
+
+
+def test_a_chart_that_leaves_out_radii_of_the_machine_is_the_machines():
+    """A site file of an earlier version lists the catalogue's charts at fewer radii."""
+    chart = SMALL.chart
+    coarse = LoadChart(chart.radius_m[::4], chart.capacity_kg[::4])
+    if coarse.radius_m[-1] < chart.radius_m[-1]:
+        coarse = LoadChart((*coarse.radius_m, chart.radius_m[-1]), (*coarse.capacity_kg, chart.capacity_kg[-1]))
+    assert len(coarse.radius_m) < len(chart.radius_m)
+    assert same_chart(coarse, chart)
+    assert not same_chart(chart, coarse)
+    assert not same_chart(LoadChart(chart.radius_m[:-1], chart.capacity_kg[:-1]), chart)
+    assert not same_chart(LoadChart(chart.radius_m[3:], chart.capacity_kg[3:]), chart)
+    assert is_same(dataclasses.replace(SMALL, chart=coarse), SMALL)
 
 
 def test_a_luffing_jib_is_compared_key_by_key_but_its_mast_is_the_sites():

@@ -91,7 +91,7 @@ def test_a_load_reaches_less_far_if_less_of_the_capacity_is_permitted():
     _, less_m = allowed_radii_m(crane, 4000.0, 0.8)
     hung_kg = 4000.0 + crane.tackle_kg
     assert less_m < whole_m
-    assert utilisation(crane.chart, less_m, hung_kg) == pytest.approx(0.8, abs=1e-9)
+    assert utilisation(crane.chart, less_m, hung_kg) <= 0.8 < utilisation(crane.chart, less_m + 0.01, hung_kg)
     assert allowed_radii_m(crane, counted_kg(crane, 4000.0, 0.8)) == pytest.approx((crane.min_radius_m, less_m))
     assert counted_kg(crane, 4000.0, 1.0) == 4000.0
 

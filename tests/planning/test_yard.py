@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from slab_yards import slab_site
 
-from bimvox.crane.load_chart import capacity_kg
+from bimvox.crane.load_chart import LoadChart, capacity_kg
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.yard import _Allocation, _cuts, allocate_yard
@@ -267,15 +267,22 @@ def loads_on_several(*sizes) -> list[int]:
     return [len(own) for own in load.loads]
 
 
+def every_metre(chart: LoadChart) -> LoadChart:
+    """Return a chart that lists every metre, along the hyperbolas between what another lists."""
+    radii = np.unique([*chart.radius_m, *np.arange(np.ceil(chart.radius_m[0]), chart.radius_m[-1])])
+    return LoadChart(tuple(radii), tuple(np.interp(-1.0 / radii, -1.0 / np.array(chart.radius_m), chart.capacity_kg)))
+
+
 def picked(rules: dict[str, object], yard: tuple[tuple[float, float], tuple[float, float]]) -> list[float]:
     """Return the shares of the load chart at which slabs of 12 t are picked from a yard."""
     site = slab_site(rules=rules, yard=yard)
     heavy = tuple(dataclasses.replace(part, mass_kg=12_000.0) for part in site.components)
-    site = dataclasses.replace(site, components=heavy)
+    crane = dataclasses.replace(site.cranes[0], chart=every_metre(site.cranes[0].chart))
+    site = dataclasses.replace(site, components=heavy, cranes=(crane,))
     plan = plan_lifts(site, prepare(site))
     assert all(lift.status is Status.PLANNED for lift in plan.lifts)
     assert verify_plan(plan).verified
-    crane, shares = site.cranes[0], []
+    shares = []
     for lift in plan.lifts:
         part = site.components[lift.component]
         x, y = (np.add(lift.path_vox[0], part.hook_line_vox)[:2] + 0.5).tolist()

@@ -22,6 +22,7 @@ from guided_sites import slab_between_beams
 from planned_sites import rectangle
 from turning_sites import BESIDE_THE_PORTAL, turning_site
 
+from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.tower_crane import AxisLimits
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import NoPlanError
@@ -128,6 +129,19 @@ def one_too_heavy() -> Site:
     site = box_site([heavy, light], crane=crane(), **ALONG)
     first = replace(site.components[0], mass_kg=20_500.0)
     return replace(site, components=(first, site.components[1]))
+
+
+@cache
+def one_between_two_radii() -> Site:
+    """Return two blocks, one heavier than its chart lists at the radius beyond its place."""
+    site = one_too_heavy()
+    chart = LoadChart((5.0, 20.0, 40.0), (30_000.0, 20_000.0, 8_000.0))
+    return replace(site, cranes=(replace(site.cranes[0], chart=chart),))
+
+
+def along_the_chord(chart: LoadChart, mass_kg: float) -> float:
+    """Return the largest radius for a mass by the straight line between listed radii."""
+    return float(np.interp(-mass_kg, -np.array(chart.capacity_kg), chart.radius_m))
 
 
 @cache
@@ -383,6 +397,9 @@ MUTANTS: dict[str, Mutant] = {
             "bimvox.site.collision.floor_of_hook": given(mass_kg=times(1.0 / 1.1)),
             "bimvox.planning.stage.allowed_radii_m": given(mass_kg=times(1.0 / 1.1)),
         },
+    ),
+    "chart interpolated": Mutant(
+        one_between_two_radii, "reach", {"bimvox.crane.reach.max_radius_m": lambda true: along_the_chord}
     ),
     "jib 3 m too long": Mutant(
         one_out_of_reach,

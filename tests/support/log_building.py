@@ -34,7 +34,7 @@ CRANE = TowerCrane(
     slewing=AxisLimits(0.08, 0.005, 0.01),
     trolley=AxisLimits(1.2, 0.3, 0.4),
     hoist=AxisLimits(1.1, 0.4, 0.5),
-    chart=LoadChart((2.0, 10.0, 20.0), (12000.0, 8000.0, 3000.0)),
+    chart=LoadChart((2.0, 12.0, 20.0), (12000.0, 7000.0, 3000.0)),
 )
 
 

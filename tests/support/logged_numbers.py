@@ -11,7 +11,6 @@ import re
 import subprocess
 import sys
 from functools import cached_property
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -93,18 +92,12 @@ class Logged:
         }
 
     def governing(self, lift: dict[str, Any]) -> dict[str, float]:
-        """The sample with the highest utilisation, by a hyperbola a / r + b between two radii of the chart."""
+        """The sample with the highest utilisation, by the capacity at the next listed radius."""
         held, chart = self.held(lift), self.charts[self.crane_of(lift)]
         n = int(np.argmax(held["radius_m"]))  # the capacity never grows with the radius
         radius = float(held["radius_m"][n])
-        at, kg = chart["radius_m"], chart["capacity_kg"]
-        capacity = kg[0]
-        for (near_m, far_m), (more, less) in zip(pairwise(at), pairwise(kg), strict=True):
-            if near_m < radius <= far_m:
-                slope = (more - less) / (1 / near_m - 1 / far_m)
-                capacity = less + slope * (1 / radius - 1 / far_m)
-        if radius <= at[0]:  # the same capacity everywhere: the first sample
-            n, radius = 0, float(held["radius_m"][0])
+        listed = zip(chart["radius_m"], chart["capacity_kg"], strict=True)
+        capacity = next(kg for at, kg in listed if radius <= at + 1e-6)
         load = self.hung_kg(lift)
         return {
             "share": load / capacity,

@@ -285,15 +285,14 @@ def most_permitted(site: Site, ends: Iterable[float]) -> float:
 def shares_of_capacity(crane: TowerCrane, radius_m: NDArray[np.float64], hung_kg: float) -> NDArray[np.float64]:
     """Return (N,) the utilisation of the capacity by a mass at each radius; infinite beyond the chart.
 
-    Between two points of the chart the capacity is a / r + b through both; a and b are solved for each span.
+    The chart holds as it is listed: a load at a radius is one at the next listed radius, or at a smaller one.
     """
-    at, carries = np.array(crane.chart.radius_m), np.array(crane.chart.capacity_kg)
     used = np.full(len(radius_m), np.inf)
-    used[radius_m <= at[0]] = hung_kg / carries[0]
-    inverse = np.ones((len(at) - 1, 2, 2))
-    inverse[:, 0, 0], inverse[:, 1, 0] = 1.0 / at[:-1], 1.0 / at[1:]
-    a, b = np.linalg.solve(inverse, np.stack([carries[:-1], carries[1:]], axis=1)[:, :, None])[:, :, 0].T
-    within = (radius_m > at[0]) & (radius_m <= at[-1])
-    span = np.searchsorted(at, radius_m[within]) - 1
-    used[within] = hung_kg / (a[span] / radius_m[within] + b[span])
+    # From the end of the chart inwards, each listed radius takes over what does not reach beyond it.
+    for listed_m, carries_kg in reversed(list(zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True))):
+        used[radius_m <= listed_m + _ROUNDED_M] = hung_kg / carries_kg
     return used
+
+
+_ROUNDED_M = 1e-6
+"""By how much rounding may move a radius beyond a listed one."""

@@ -228,14 +228,14 @@ def _lifting(site: Site, component: Component, motion: LiftMotion | None) -> dic
 
 
 def _governing(site: Site, motion: LiftMotion) -> dict[str, Any] | None:
-    """Return the governing sample: the highest utilisation, load and rigging together."""
+    """Return the governing sample: the furthest out of those with the highest utilisation, rigging included."""
     crane = site.cranes[motion.crane]
     mass_kg = hung_kg(crane, site.components[motion.component])
     held = (motion.raising, motion.loaded)
     time_ns = np.concatenate([part.time_ns for part in held])
     radius_m = np.concatenate([part.radius_m for part in held])
     used = utilisation(crane.chart, radius_m, mass_kg)
-    worst = int(np.argmax(used))
+    worst = int(np.argmax(np.where(used == used.max(), radius_m, -np.inf)))
     return _GOVERNING.made(
         float(used[worst]) if np.isfinite(used[worst]) else None,
         (motion.start_ns + int(time_ns[worst])) / 1e9,

@@ -86,21 +86,31 @@ def _crane(
         ("Mobile crane", room_words(around)),
         ("Slow zones", ", ".join(f"{share * 100:g} % of the rates" for share in machine["slow_zones"])),
     ]
-    radii = "".join(f"<td>{number(r, f'{r:g}')}</td>" for r, _ in machine["chart"])
-    capacities = "".join(f"<td>{number(c, tonnes(c))}</td>" for _, c in machine["chart"])
-    rows = (f"<th scope='row'>Radius m</th>{radii}", f"<th scope='row'>Capacity t</th>{capacities}")
-    chart = "".join(tag("tr", cells) for cells in rows)
+    listed = machine["chart"]
+    chart = "".join(_chart_rows(listed[at : at + _COLUMNS]) for at in range(0, len(listed), _COLUMNS))
     drawn = _load_chart(crane, lifts, record["critical_share"], rules["highest_utilisation"])
     most = rules["highest_utilisation"]
     limit = "" if most == 1.0 else f"Dotted: {100.0 * most:g} %, the permitted share. "
     note = (
         f"Full line: capacity. Dashed: {percent(record['critical_share'], 0)} of it. {limit}A dot is a lift at its "
-        "governing sample, a triangle a critical one. Between two radii the capacity is interpolated by a hyperbola."
+        "governing sample, a triangle a critical one. Between two radii the smaller capacity holds."
     )
     return section(
         title, terms(own), tag("table", tag("tbody", chart), "chartrow"), tag("div", drawn, "sheet"),
         paragraph(note, "faint"), distances(around),
     )  # fmt: skip
+
+
+_COLUMNS = 14
+"""Radii of a chart side by side on a page."""
+
+
+def _chart_rows(listed: Sequence[tuple[float, float]]) -> str:
+    """Return two rows of the chart's table: radii, and the capacity at each."""
+    radii = "".join(f"<td>{number(r, f'{r:g}')}</td>" for r, _ in listed)
+    capacities = "".join(f"<td>{number(c, tonnes(c))}</td>" for _, c in listed)
+    rows = (f"<th scope='row'>Radius m</th>{radii}", f"<th scope='row'>Capacity t</th>{capacities}")
+    return "".join(tag("tr", cells) for cells in rows)
 
 
 def _rates(machine: dict[str, Any]) -> str:
@@ -211,20 +221,21 @@ def _luffing_words(jib: dict[str, Any] | None) -> str:
 _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 1040.0, 360.0, 62.0, 14.0, 12.0, 40.0
 _STEPS_M = (1.0, 2.0, 5.0, 10.0, 20.0)
 _STEPS_T = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
-_POINTS = 240
 
 
 def _load_chart(
     crane: TowerCrane, lifts: Sequence[dict[str, Any]], critical_share: float, permitted: float = 1.0
 ) -> str:
-    """Return the capacity over the radius, and each lift at its governing sample, as SVG.
+    """Return the capacity over the radius, stepped as listed, and each lift at its governing sample, as SVG.
 
     Further curves are the critical share of the capacity, and the permitted share if that is below 1. Lifts without a
     governing sample are left out.
     """
     held = [lift for lift in lifts if lift["governs"]]
-    radius_m = np.linspace(crane.min_radius_m, crane.jib_length_m, _POINTS)
-    carries_kg = capacity_kg(crane.chart, radius_m)
+    listed_m = [at for at in crane.chart.radius_m if crane.min_radius_m < at < crane.jib_length_m]
+    # A step at each listed radius: the capacity up to it, then that of the next one.
+    radius_m = np.array([crane.min_radius_m, *np.repeat(listed_m, 2), crane.jib_length_m])
+    carries_kg = np.repeat(capacity_kg(crane.chart, radius_m[1::2]), 2)
     most_kg: float = max(float(carries_kg.max()), *(lift["governs"]["load_kg"] for lift in held), 1.0) * 1.05
 
     def x(at_m: float) -> float:

@@ -57,7 +57,7 @@ def test_golden_numbers_of_the_small_plan(opened):
     assert (last["moves"], last["contact_moves"], last["method"], last["stored"]) == (16, 2, "search", "as_built")
     assert (blocked["motion"], blocked["governs"], blocked["proven"]) == (None, None, None)
     assert revision["critical_share"] == tiny_log().plan.site.rules.critical_share == 0.75
-    assert first["governs"]["utilisation"] == pytest.approx(0.6496, abs=1e-4)
+    assert first["governs"]["utilisation"] == pytest.approx(4606.370 / 7000.0, abs=1e-6)
     assert first["governs"]["load_kg"] == pytest.approx(4606.370, abs=0.001)
     part = opened.document["parts"][2]
     assert (part["global_id"], part["ifc_class"], part["cells"]) == ("0GlobalIdBeam", "IfcBeam", 4)
