@@ -230,7 +230,7 @@ class PropsConfig(Table):
     shore_spacing_m: Annotated[Positive, Field(le=100.0)] = FIELD_PROPS.shore_spacing_m
     """Between lines of shores below planks that get a topping, and between the shores of a line."""
     plank_m: Annotated[NotNegative, Field(le=1e5)] = FIELD_PROPS.plank_m
-    """Mean thickness up to which such a plank stands on shores; thicker ones carry their topping. 0: none does."""
+    """Mean thickness up to which such a plank needs shores; 0: none does."""
     types: Annotated[tuple[PropTypeConfig, ...], Field(max_length=100)] = ()
     """Your own props; without them, generic ones. The first one that is long and strong enough is taken."""
 

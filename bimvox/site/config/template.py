@@ -16,7 +16,14 @@ from bimvox.bim.kinds.kind import WAYS, Kind
 from bimvox.site.catalogue import FICTITIOUS
 from bimvox.site.config.calendar import CalendarConfig, CostsConfig
 from bimvox.site.config.crane import OverrideConfig
-from bimvox.site.config.rules import BuildingConfig, CastingConfig, CuringConfig, RiggingConfig, TimesConfig
+from bimvox.site.config.rules import (
+    BuildingConfig,
+    CastingConfig,
+    CuringConfig,
+    PropsConfig,
+    RiggingConfig,
+    TimesConfig,
+)
 from bimvox.site.config.site_config import KindConfig, ModelConfig, SiteConfig
 from bimvox.site.config.validation import Table, model_in
 from bimvox.site.default_rules import DEFAULT_RULES
@@ -36,7 +43,7 @@ _HEAD = """\
 _WIDTH = 120
 _AS_EXAMPLE = (CalendarConfig, CostsConfig, RiggingConfig)
 """Tables that are written behind # if they have no value of their own; all others say what their defaults are."""
-_WITH_HEADING = (BuildingConfig, CastingConfig, CuringConfig, OverrideConfig, TimesConfig)
+_WITH_HEADING = (BuildingConfig, CastingConfig, CuringConfig, OverrideConfig, PropsConfig, TimesConfig)
 """Tables within tables that are written below a heading; all others are values."""
 
 
