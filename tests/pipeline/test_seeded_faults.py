@@ -25,7 +25,7 @@ from bimvox.errors import LogFileError
 from bimvox.library.plan_value import write_log_file
 from bimvox.library.verify import prove_plan
 from bimvox.log import schema as topics
-from bimvox.log.codec import steps_to_json
+from bimvox.log.codec import derived_to_json
 from bimvox.log.crane_command import CraneCommandMessage
 from bimvox.log.mcap.reader import read_contents, read_file
 from bimvox.log.mcap.writer import LogWriter
@@ -917,7 +917,7 @@ def test_a_log_without_its_remarks_is_refused(good_file: Path, tmp_path: Path):
     [
         ("crane_2.load_chart.json", b'{"crane": "giant", "radius_m": [3, 70], "capacity_kg": [99000, 90000]}'),
         ("crane_9.urdf", b"<robot name='giant'/>"),
-        (topics.STEPS_FILE, steps_to_json(Steps())),
+        (topics.STEPS_FILE, derived_to_json(Steps())),
     ],
 )
 def test_a_file_for_viewers_that_the_plan_does_not_give_is_refused(

@@ -44,14 +44,14 @@ def with_messages(folder, change, name="changed.mcap"):
     return changed_log(folder / "frame.mcap", folder / name, change)
 
 
-def changed_log(log, out, change=lambda topic, data: data, *, metadata=(), plan=lambda data: data):
-    """Write a log with other messages, more metadata, or another plan, and return its path."""
+def changed_log(log, out, change=lambda topic, data: data, *, metadata=(), plan=lambda data: data, of=topics.PLAN_FILE):
+    """Write a log with other messages, more metadata, or another plan (or attachment ``of``), and return its path."""
     contents = read_contents(read_file(log), log)
     with out.open("wb") as stream, LogWriter(stream) as writer:
         for key, values in contents.metadata.items():
             writer.metadata(key, {**values, **dict(metadata)})
         for key, data in contents.attachments.items():
-            writer.attachment(key, plan(data) if key == topics.PLAN_FILE else data)
+            writer.attachment(key, plan(data) if key == of else data)
         for message in contents.messages:
             writer.raw(message.topic, message.sequence, message.time_ns, change(message.topic, message.data))
     return out
@@ -153,6 +153,28 @@ def test_a_motion_and_a_path_that_were_changed_are_caught(site_folder):
     lifts = tuple(dataclasses.replace(x, path_vox=path) if x is lift else x for x in record.plan.lifts)
     spoiled = dataclasses.replace(record, plan=dataclasses.replace(record.plan, lifts=lifts))
     assert "unit_moves" in failed(run(rewritten(site_folder, spoiled)))
+
+
+def test_props_that_a_log_states_are_proven(site_folder):
+    def without_props(data):
+        document = json.loads(data)
+        for one in document["held"]:
+            one.update(hold="bearing", props=[], until_ns=None)
+        return json.dumps(document).encode()
+
+    held = json.loads(read_contents(read_file(site_folder / "frame.mcap"), "log").attachments[topics.PROPS_FILE])
+    assert any(one["props"] for one in held["held"])
+    forged = changed_log(
+        site_folder / "frame.mcap", site_folder / "props.mcap", plan=without_props, of=topics.PROPS_FILE
+    )
+    document = run(forged)
+    assert failed(document) == {"props", "shown"}
+    assert any("what stands needs props" in failure for failure in document["checks"]["props"]["failures"])
+    damaged = changed_log(
+        site_folder / "frame.mcap", site_folder / "damaged.mcap", plan=lambda data: b'{"held": 3}', of=topics.PROPS_FILE
+    )
+    with pytest.raises(LogFileError, match="the props in it cannot be read"):
+        run(damaged)
 
 
 def test_poses_and_commands_that_lead_elsewhere_are_caught(site_folder):
