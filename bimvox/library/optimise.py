@@ -189,4 +189,5 @@ def _planned(site: LoadedSite, words: str, rates: Rates, jobs: int | None, repor
         lorry = site.config.costs.lorry
         rates = rates.with_deliveries(figures.unloading.seconds / 3600.0, lorry * figures.unloading.lorries)
     refused = len(list(infeasible_among(made.record.plan.lifts)))
-    return SetUp(site, words, made, refused, hours, None if hours is None else rates.total(hours), figures.highest)
+    cost = None if hours is None else rates.total(hours, figures.hire_days)
+    return SetUp(site, words, made, refused, hours, cost, figures.highest)

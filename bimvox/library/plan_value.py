@@ -188,8 +188,9 @@ class Plan:
 
     @property
     def figures(self) -> PlanFigures:
-        """Figures of the planned lifts: methods, moves, crane time, unloading, hook travel."""
-        return plan_figures(self.record.plan, self.motions, log_calendar(self.record))
+        """Figures of the planned lifts: methods, moves, crane time, unloading, days of hire, hook travel."""
+        steps = None if self.record.context else self.record.steps
+        return plan_figures(self.record.plan, self.motions, log_calendar(self.record), steps)
 
     def require_sense(self, act: str) -> None:
         """Refuse a plan whose values make no sense; ``act`` is what cannot be done with it.

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.load_chart import utilisation
+from bimvox.records.dates import hire_days
 from bimvox.records.lift import LiftPlan, Method, Status
 from bimvox.records.motion import LiftMotion, PhaseName, Trajectory
+from bimvox.records.steps import Steps
 from bimvox.records.unloading import Unloading, unloading_of
 from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.lifting import GoverningWind, governing_wind, hung_kg
@@ -57,6 +59,8 @@ class PlanFigures:
         swing: Whether the crane's moves are shaped against the swing of loads; None without a crane.
         cranes: Each crane, if the site has several.
         wind: The smallest wind in which every planned lift is permitted; None without a crane.
+        hire_days: For how many days the crane is hired, see ``PlanDates.hire_days``; None without a crane, or of an
+            extract.
     """
 
     lifts: int
@@ -75,6 +79,7 @@ class PlanFigures:
     wind: GoverningWind | None = None
     highest: float | None = None
     unloading: Unloading | None = None
+    hire_days: int | None = None
 
     @property
     def hook_s(self) -> float | None:
@@ -95,6 +100,7 @@ def plan_figures(
     plan: LiftPlan,
     motions: Sequence[LiftMotion],
     calendar: CalendarConfig | None = None,
+    steps: Steps | None = None,
     *,
     critical_share: float | None = None,
 ) -> PlanFigures:
@@ -103,13 +109,14 @@ def plan_figures(
     Args:
         plan: The plan.
         motions: Its motions; none without a crane.
-        calendar: What it says about unloading; None: nothing.
+        calendar: When work is done, and what it says about unloading; None: nothing.
+        steps: Steps and pauses of the whole plan; None if they are not known.
         critical_share: Utilisation from which a lift is critical, 0..1; None for the site's own rule.
     """
     share = plan.site.rules.critical_share if critical_share is None else critical_share
     planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
     used = [capacity_used(plan.site, motion) for motion in motions]
-    highest, limits = max(used, default=inf), wind_limits(motions)
+    highest, limits, calendar = max(used, default=inf), wind_limits(motions), calendar or CalendarConfig()
     return PlanFigures(
         lifts=len(plan.lifts),
         planned=len(planned),
@@ -126,7 +133,8 @@ def plan_figures(
         cranes=_each(plan.site, motions) if plan.site.has_several_cranes else (),
         wind=governing_wind(plan.site, (plan.site.components[lift.component] for lift in planned), limits),
         highest=highest if isfinite(highest) else None,
-        unloading=unloading_of(calendar or CalendarConfig(), plan.site, plan.lifts) if motions else None,
+        unloading=unloading_of(calendar, plan.site, plan.lifts) if motions else None,
+        hire_days=None if steps is None else hire_days(calendar, plan.site, plan.lifts, motions, steps),
     )
 
 

@@ -309,6 +309,16 @@ class PlanDates:
         return sum(hours.works(first + timedelta(days=n)) for n in range((last - first).days + 1))
 
     @property
+    def hire_days(self) -> int:
+        """For how many days the crane is hired: from its first work, unloading included, to its last, used or not.
+
+        Those days of the week count on which the site works: days lost to wind and holidays too, weekends not.
+        """
+        spans = [*self.lifts.values(), *self.deliveries.values()]
+        first, last = min(span[0] for span in spans), max(span[1] for span in spans)
+        return max(1, self.hours.week_days(self.moment(first).date(), self.moment(last).date()))
+
+    @property
     def end_in_words(self) -> str:
         """When the plan ends: ``Thu 12 March 2026 14:10, 3 working days``."""
         days = self.working_days
@@ -353,6 +363,7 @@ class PlanDates:
             "begins_in_words": in_words(self.first),
             "ends_in_words": self.end_in_words,
             "working_days": self.working_days,
+            "hire_days": self.hire_days,
             "deliveries": [
                 {
                     "delivery": number,
@@ -393,7 +404,7 @@ def dates_of(
     begins = start or calendar.begins
     if begins is None or not motions:
         return None
-    dates = _Walk(calendar, site, WorkTime(calendar.hours_from(begins.date()), begins)).over(lifts, motions, steps)
+    dates = _walked(calendar, site, lifts, motions, steps, begins)
     set_by_crane = {motion.order: (motion.component, dates.lifts[motion.order]) for motion in motions}
     cast = [
         dates.steps[step.order][:2] for step in steps.steps if site.components[step.component].means is Means.IN_SITU
@@ -413,6 +424,30 @@ def dates_of(
     uncertainty = calendar.uncertainty or UncertaintyConfig()
     unloading = unloading_of(calendar, site, lifts)
     return replace(dates, later_ns=added_ns(uncertainty, times, unloading.deliveries, weather), unloading=unloading)
+
+
+def hire_days(
+    calendar: CalendarConfig, site: Site, lifts: Iterable[Lift], motions: Sequence[LiftMotion], steps: Steps
+) -> int | None:
+    """Return for how many days the crane of a plan is hired, see ``PlanDates.hire_days``; None without motions.
+
+    If the calendar has no start, from a Monday on, with the mean of the days that wind takes.
+    """
+    known = calendar if calendar.start is not None else calendar.usual
+    if not motions or known.begins is None:
+        return None
+    return _walked(known, site, lifts, motions, steps, known.begins).hire_days
+
+
+def _walked(
+    calendar: CalendarConfig,
+    site: Site,
+    lifts: Iterable[Lift],
+    motions: Sequence[LiftMotion],
+    steps: Steps,
+    begins: datetime,
+) -> PlanDates:
+    return _Walk(calendar, site, WorkTime(calendar.hours_from(begins.date()), begins)).over(lifts, motions, steps)
 
 
 def blocks_of(site: Site, motions: Iterable[LiftMotion]) -> tuple[_Block, ...]:

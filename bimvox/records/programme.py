@@ -124,7 +124,8 @@ def added_ns(
 
     Each lift draws its own factor, triangular between the smallest and the largest of its class, and takes longer until
     its class is learned; all lifts of a plan have one factor of the crew in common. The lifts follow each other, so
-    their times add up. Late lorries and days lost to wind come on top.
+    their times add up. Late lorries and days lost to wind come on top, with one factor each of how likely they are: all
+    deliveries have the same haulier, all days are of the same season.
 
     Args:
         uncertainty: The factors.
@@ -144,10 +145,12 @@ def added_ns(
             taken += _drawn(random, factors, (len(taken), len(some))) @ some
     added = taken * _drawn(random, uncertainty.crew, (len(taken),)) - planned
     if deliveries and uncertainty.late_lorries:
-        late = random.random((len(taken), deliveries)) < uncertainty.late_lorries
+        share = uncertainty.late_lorries * _drawn(random, uncertainty.haulier, (len(taken), 1))
+        late = random.random((len(taken), deliveries)) < share
         added += (late * _drawn(random, uncertainty.late_h, late.shape)).sum(axis=1) * _NS_PER_H
     if weather is not None:
-        lost = (random.random((len(taken), len(weather.shares))) < np.array(weather.shares)).sum(axis=1)
+        shares = np.array(weather.shares) * _drawn(random, uncertainty.season, (len(taken), 1))
+        lost = (random.random((len(taken), len(weather.shares))) < shares).sum(axis=1)
         added += (lost - weather.planned) * weather.day_ns
     return tuple(int(value) for value in np.percentile(added, PERCENTILES))
 

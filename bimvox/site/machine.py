@@ -143,7 +143,7 @@ def crane_of(config: SiteConfig) -> TowerCrane | None:
 
 def _on_foundation(config: SiteConfig, crane: TowerCrane, *, is_first: bool) -> TowerCrane:
     """Return a tower crane with the area of its foundation, if a ``[[support]]`` table states it."""
-    stated = support_of(config.support, crane.name, is_first=is_first)
+    stated = support_of(config.support, crane.name, crane.machine or crane.name, is_first=is_first)
     return replace(crane, foundation_m2=None if stated is None or crane.kind == "mobile" else stated.mat_m2)
 
 

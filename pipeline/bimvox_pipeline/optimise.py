@@ -357,7 +357,8 @@ def _planned(
         "lorries": (figures.get("unloading") or {}).get("lorries"),
         # Of two cranes, one stands while the other moves; for a refused part, none stands.
         "moving_hours": None if hours is None or refused or values["second"] else round(hours - standing_h, 6),
-        "cost": None if hours is None else round(rates.total(hours), 2),
+        "hire_days": figures.get("hire_days"),
+        "cost": None if hours is None else round(rates.total(hours, figures.get("hire_days")), 2),
         "critical_lifts": figures.get("critical_lifts"),
         "highest_utilisation": figures.get("highest_utilisation"),
         "log": record["log"] if figures else None,

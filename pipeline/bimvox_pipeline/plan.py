@@ -116,7 +116,7 @@ def _document_of(proven: Planned, policy: PolicyInUse, calendar: CalendarConfig)
         "verified": True,
         "cranes": [identity(crane) for crane in site.cranes],
         "policy": policy.to_dict(),
-        "figures": figures_document(plan_figures(proven.plan, proven.motions, calendar))
+        "figures": figures_document(plan_figures(proven.plan, proven.motions, calendar, steps))
         | {"elapsed_hours": round(steps.elapsed_ns(proven.motions) / 3.6e12, 6) if motions else None},
         "lifts": lifts,
         "infeasible": infeasible_lifts(proven.plan, proven.motions),
@@ -169,6 +169,7 @@ def figures_document(figures: PlanFigures) -> dict[str, Any]:
         "unloading_hours": None if figures.unloading is None else round(figures.unloading.seconds / 3600.0, 6),
         "hook_hours": None if figures.hook_s is None else round(figures.hook_s / 3600.0, 6),
         "unloading": None if figures.unloading is None else asdict(figures.unloading),
+        "hire_days": figures.hire_days,
         "loaded_hours": None if figures.loaded_s is None else round(figures.loaded_s / 3600.0, 6),
         "hook_travel_m": None if travel is None else round(travel, 3),
         "critical_lifts": figures.critical,

@@ -18,6 +18,7 @@ from bimvox.library.set_up_search.choose import search_set_ups
 from bimvox.library.set_up_search.set_up import Effort
 from bimvox.progress import SilentProgress
 from bimvox.site.catalogue import machines_called
+from bimvox.site.crane_guess import machine_of_crane
 from bimvox.site.machine import cranes_of
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
@@ -54,6 +55,22 @@ def test_the_front_is_planned_proven_and_not_beaten_and_its_site_files_load(site
     assert cranes_of(bimvox.load_site(written).config) == found.front[0].site.cranes
     assert repr(found).startswith("<SetUps: ")
     assert "hammerhead-45" in repr(found.front[0])
+
+
+def test_what_is_stated_of_one_machine_is_not_taken_for_all(site: Path) -> None:
+    (given,) = cranes_of(bimvox.load_site(site).config)
+    name = machine_of_crane(given).name
+    other = next(one for one in machines_called("hammerhead") if one.name != name)
+    stated = site.with_name("stated.site.toml")
+    stated.write_text(f"{site.read_text()}\n[[support]]\nmat_m2 = 36\n")
+    with pytest.raises(InputError, match="every machine") as refused:
+        bimvox.optimise(stated)
+    assert refused.value.hint is not None and name in refused.value.hint
+    stated.write_text(f'{site.read_text()}\n[[support]]\nmachine = "{name}"\nmat_m2 = 36\n')
+    config = bimvox.load_site(stated).config
+    assert cranes_of(config)[0].foundation_m2 == 36.0
+    table = config.one_crane.model_copy(update={"machine": other.name, "jib_length_m": None, "falls": None})
+    assert cranes_of(config.model_copy(update={"crane": table}))[0].foundation_m2 is None
 
 
 def test_for_each_plan_that_refuses_parts_another_set_up_is_planned(

@@ -6,13 +6,14 @@ from datetime import date, datetime, time, timedelta
 from itertools import pairwise
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import seeded_faults as faults
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from two_cranes import two_crane_plan
 
-from bimvox.records.dates import Crew, PlanDates, WorkTime, blocks_of, crew_hours, dates_of
+from bimvox.records.dates import Crew, PlanDates, WorkTime, blocks_of, crew_hours, dates_of, hire_days
 from bimvox.records.steps import Pause, Step, Steps
 from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.means import Means
@@ -239,6 +240,40 @@ def test_a_plan_that_is_long_enough_leaves_days_to_the_wind():
     assert lost >= 5 and windy.working_days == calm.working_days == 30
     assert windy.last > calm.last
     assert windy.percentiles[1][1] > calm.percentiles[1][1]
+
+
+def test_the_crane_is_hired_for_waits_wind_and_holidays_but_not_for_weekends():
+    monday = dated(calendar_of(), [6 * 3600] * 8)
+    assert (monday.working_days, monday.hire_days) == (8, 8), "over a weekend"
+    windy = dated(calendar_of(weather_days=(8.0,) * 12), [6 * 3600] * 8)
+    lost = sum(windy.first.date() <= day <= windy.last.date() for day in windy.hours.weather)
+    assert lost and windy.working_days == 8 and windy.hire_days == 8 + lost
+    free = dated(calendar_of(holidays=(MONDAY + timedelta(days=1),)), [6 * 3600] * 8)
+    assert (free.working_days, free.hire_days) == (8, 9)
+    waits = waits_for_concrete()
+    days = [waits.moment(min(waits.lifts[0][0], waits.deliveries[0][0])), waits.moment(waits.lifts[1][1])]
+    assert waits.hire_days == waits.hours.week_days(*(day.date() for day in days)) > 1
+    assert waits.document()["hire_days"] == waits.hire_days
+
+
+def test_without_a_start_the_hire_is_that_from_a_usual_monday_on():
+    made = SITE, *lifts_of([6 * 3600] * 30), Steps()
+    undated = CalendarConfig(unloading_s=0.0, holidays=(date(2026, 3, 4),))
+    lost = sum(undated.days_lost) / 12.0 / (52 / 12 * 5)
+    assert hire_days(undated, *made) == pytest.approx(30 / (1.0 - lost), abs=1.0)
+    assert hire_days(calendar_of(), *made) == dated(calendar_of(), [6 * 3600] * 30).hire_days
+    assert hire_days(undated, SITE, [], [], Steps()) is None
+
+
+@settings(max_examples=20, deadline=None)
+@given(calendars(), st.integers(0, 1800))
+def test_what_is_worked_of_a_span_on_average_is_counted_minute_by_minute(calendar, span_min):
+    hours = calendar.model_copy(update={"holidays": ()}).hours
+    week = 7 * 1440
+    works = np.array([any(low <= n % 1440 < high for low, high in hours.of_weekday(n // 1440)) for n in range(week)])
+    counted = sum((works[(np.flatnonzero(works) + k) % week].mean() for k in range(span_min)), 0.0)
+    found_s = hours.mean_worked_s(60.0 * np.array([span_min, week, span_min + 3 * week]))
+    assert found_s / 60.0 == pytest.approx([counted, works.sum(), counted + 3 * works.sum()])
 
 
 def test_two_cranes_stop_only_while_no_load_hangs():

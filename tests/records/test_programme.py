@@ -96,7 +96,8 @@ def test_days_between_are_counted_as_one_by_one(days):
 H_NS = 3600 * 10**9
 
 
-CERTAIN = {"crew": (1.0, 1.0, 1.0), "lift": (1.0, 1.0, 1.0), "learning": 1.0, "late_lorries": 0.0}
+ONCE = (1.0, 1.0, 1.0)
+CERTAIN = {"crew": ONCE, "lift": ONCE, "haulier": ONCE, "season": ONCE, "learning": 1.0, "late_lorries": 0.0}
 
 
 def test_fixed_factors_add_exactly_what_they_say():
@@ -141,6 +142,16 @@ def test_late_lorries_and_wind_come_on_top():
     assert added_ns(sure, {Work.WALL: [H_NS]}, 3, Weather((1.0, 0.0, 1.0), 1, 8 * H_NS)) == (8 * H_NS,) * 3
     low, _, high = added_ns(sure, {Work.WALL: [H_NS]}, 0, Weather((0.1,) * 20, 2, 8 * H_NS))
     assert low == 0 and high in (2 * 8 * H_NS, 3 * 8 * H_NS), "of 20 days 2 are lost on average, 4 or 5 with P95"
+
+
+def test_a_haulier_moves_all_deliveries_together_and_a_season_all_days():
+    late = CERTAIN | {"late_lorries": 0.2, "late_h": (1.0, 1.0, 1.0)}
+    windy = Weather((0.2,) * 200, 40, H_NS)
+    for more, factor, deliveries, weather in ((late, "haulier", 200, None), (CERTAIN, "season", 0, windy)):
+        alone = added_ns(UncertaintyConfig(**more), {}, deliveries, weather)
+        common = added_ns(UncertaintyConfig(**more | {factor: (0.25, 0.75, 2.0)}), {}, deliveries, weather)
+        assert common[2] - common[0] > 2 * (alone[2] - alone[0])
+        assert alone[0] == pytest.approx(common[0], abs=4 * H_NS), "as many on average"
 
 
 def test_the_end_moves_in_working_hours_and_is_told():

@@ -20,6 +20,9 @@ from bimvox.library.set_up_search.timed import FEW_LIFTS, LIFTS
 from bimvox.library.set_up_search.yards import may_move, other_yards
 from bimvox.progress import Progress
 from bimvox.site.catalogue import machine_called
+from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.crane_guess import machine_of_crane
+from bimvox.site.machine import cranes_of
 
 _APART_M = 4.0
 """Places that are nearer to each other take about as long."""
@@ -232,7 +235,7 @@ def search_set_ups(
 
     Raises:
         InputError: If the site has several cranes or none, no machine serves any part, or all cost more than the
-            budget.
+            budget, or the site file states of the given crane what does not hold for another machine.
     """
     count = len(site.config.cranes)
     if count != 1 or site.config.cranes[0].kind == "none":
@@ -240,6 +243,7 @@ def search_set_ups(
             f"{name}: the place of one crane is looked for, but the site has {count if count > 1 else 0}",
             hint="give the site file one crane",
         )
+    _refuse_support_of_any(site.config, name, machines)
     search = Search(site, progress)
     progress.stage("try", len(machines))
     lattice: list[Tried] = []
@@ -271,3 +275,16 @@ def search_set_ups(
             f"{name}: no machine serves any part", hint="`bimvox cranes SITE` says why; move the yard, or lift less"
         )
     return _Searched(search, tuple(lattice), tuple(found), tuple(front), tuple(chosen), trials)
+
+
+def _refuse_support_of_any(config: SiteConfig, name: str, machines: Sequence[Machine]) -> None:
+    """Refuse what the site file states of a crane without its machine, if other machines are tried."""
+    (crane,) = cranes_of(config)
+    given = machine_of_crane(crane).name
+    for number, one in enumerate(config.support):
+        stated = (one.crane_mass_kg, one.back_moment_knm, one.free_standing_m, one.mat_m2)
+        if one.machine is None and any(value is not None for value in stated) and {m.name for m in machines} != {given}:
+            raise InputError(
+                f"{name}: support[{number}] states mass or foundation of a crane, and would count for every machine",
+                hint=f'give it machine = "{given}", or another machine for which it holds',
+            )

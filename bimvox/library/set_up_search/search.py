@@ -17,10 +17,14 @@ from bimvox.library.set_up_search.placed import PlacedSite, rooms_of
 from bimvox.library.set_up_search.set_up import OtherYard, Rig, Tried
 from bimvox.library.set_up_search.timed import LIFTS, Ways, timed_moving_s, ways_on
 from bimvox.library.site import built_site
+from bimvox.planning.order.faster_order import FasterOrder, travel_of
+from bimvox.planning.order.makespan import makespan_s
+from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.order_search import prepare
+from bimvox.planning.preparation import Preparation
 from bimvox.planning.stacks import is_stacked
 from bimvox.progress import Progress
-from bimvox.site.config.calendar import Rates
+from bimvox.site.config.calendar import CalendarConfig, Rates
 from bimvox.site.config.gear_file import gear_by_crane
 from bimvox.site.config.site_config import Polygon
 from bimvox.site.crane_guess import Wanted, best_set_up, machine_of_crane
@@ -28,7 +32,7 @@ from bimvox.site.crew_times import crew_times
 from bimvox.site.guess import rigs_of
 from bimvox.site.means import Means
 from bimvox.site.set_ups import LiftWork, SetUps, carried, ground_plan, highest_utilisation, set_ups
-from bimvox.site.site import HeadingRule, SwingRule, parts_beside
+from bimvox.site.site import HeadingRule, Site, SwingRule, parts_beside
 
 _MOST_BASES, _MOST_MOVED = 600, 200
 """Places of a mast: with the site file's yard, and with another one."""
@@ -54,7 +58,8 @@ class Search:
         site = built_site(config, placed.building, {}, progress).site
         progress.stage("order")
         elements = {part.id: part for part in placed.parts}
-        self._sequence = [site.components[n] for n in prepare(site).sequence.order]
+        made = prepare(site)
+        self._sequence = [site.components[n] for n in made.sequence.order]
         components = [component for component in self._sequence if component.means is Means.CRANE]
         parts = [elements[component.id] for component in components]
         self._stacked = np.array([is_stacked(site, component) for component in components], np.bool_)
@@ -64,6 +69,9 @@ class Search:
         wanted = Wanted(config, parts, plan, placed.load_top_m, rigs, range(len(parts)))
         self._wanted = self._with_yard(wanted, config.areas.yard or ())
         self.work = self._wanted.work.sample(len(parts), _MOST_YARD)
+        self._waits_h = _waits_h(
+            site, made, config.calendar, self._wanted.rates(machine_of_crane(site.cranes[0])).unloading_h
+        )
         self._ways: dict[OtherYard | None, Ways] = {}
         self.crews = [crew_times(config.rules_in_force, part) for part in parts]
         progress.finish()
@@ -160,8 +168,9 @@ class Search:
         return wanted.with_yard(yard, rooms_of(yard, self._components, self._site.frame.voxel_size_m))
 
     def rates(self, machine: Machine, yard: OtherYard | None = None) -> Rates:
-        """Return what a machine costs on this site, with its lorries or those of another truckload."""
-        return self._wanted.rates(machine, None if yard is None else yard.truckload_kg)
+        """Return what a machine costs on this site, with its lorries or those of another truckload, and its waits."""
+        rates = self._wanted.rates(machine, None if yard is None else yard.truckload_kg)
+        return replace(rates, waits_h=self._waits_h)
 
     def least_moving_s(self, found: Sequence[Tried]) -> float:
         """Return a time below which no hammerhead of some set-ups moves, each with its yard.
@@ -215,11 +224,12 @@ class Search:
     def least_cost(self, machines: Sequence[Machine], parts: int) -> float:
         """Return a cost below which no machine serves so many parts alone, wherever the yard is; 0 if none does.
 
-        What standing for them costs: the shortest times count.
+        What standing for them costs: the shortest times count, without waits and wind.
         """
         standing_h = float(np.sort(self.work.standing_s)[:parts].sum()) / 3600.0
         able = [machine for machine in machines if self.carries(machine) >= parts]
-        return min((self.rates(machine).total(standing_h) for machine in able), default=0.0)
+        rates = (replace(self.rates(machine), waits_h=0.0, lost=0.0) for machine in able)
+        return min((one.total(standing_h) for one in rates), default=0.0)
 
     def rates_of(self, one: Tried) -> Rates:
         """Return what a set-up costs; of two cranes, both."""
@@ -298,3 +308,18 @@ class Search:
             able, _ = carried(rig.crane, self.places_m(rig), self.work, rig.hook_m, MARGIN_M)
             found.append(int(able.sum(axis=1).max(initial=0)))
         return max(found)
+
+
+def _waits_h(site: Site, made: Preparation, calendar: CalendarConfig, unloading_h: float) -> float:
+    """Return how many working hours the crane waits for joints and work of others, by the estimate of an order.
+
+    What must carry carries after a time of the calendar; of that, the working time counts that falls into it on
+    average. Other set-ups wait about as long: their lifts take as long but for some per cent.
+    """
+    sequencer, travels = Sequencer(site, made.relations, made.contacts), [travel_of(site, one) for one in site.cranes]
+    times = FasterOrder(site, sequencer, made.relations, travels).times(made.places)
+    lifts = times.crane >= 0
+    lead_s = times.lead_s + lifts * 3600.0 * unloading_h / max(1, int(lifts.sum()))
+    waiting = times._replace(lead_s=lead_s, hold_s=calendar.hours.mean_worked_s(times.hold_s))
+    without = waiting._replace(under=times.under[:0], first=np.zeros_like(times.first))
+    return (makespan_s(waiting, made.sequence.order) - makespan_s(without, made.sequence.order)) / 3600.0

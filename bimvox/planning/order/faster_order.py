@@ -387,7 +387,11 @@ class FasterOrder:
 
     def problem(self, sequence: ErectionSequence, places: Places) -> tuple[OrderTimes, NDArray[np.bool_]]:
         """Return what the search looks at: the times at these places, and which parts keep their order."""
-        return self._times(self._site, places), self._fixed_pairs(sequence, places)
+        return self.times(places), self._fixed_pairs(sequence, places)
+
+    def times(self, places: Places) -> OrderTimes:
+        """Return what the parts take at these places."""
+        return self._times(self._site, places)
 
     def _nearby(self, now: _Faster, seed: int, warm_s: float) -> _Faster | None:
         """Return the faster one of the order that is found next, in these places or in new ones; None if none is."""

@@ -85,8 +85,8 @@ def _needed(totals: dict[str, Any]) -> str:
     """Return how long the crane is needed: its hire, without erecting and dismantling; empty without dates."""
     if (dates := totals["calendar"]) is None:
         return ""
-    days = number(dates["working_days"], counted(dates["working_days"], "working day"), "working_days")
-    return f"{days}; erecting and dismantling come on top"
+    days = number(dates["hire_days"], counted(dates["hire_days"], "day"), "hire_days")
+    return f"{days} of the working week, waits and wind included; erecting and dismantling come on top"
 
 
 def _elapsed(totals: dict[str, Any]) -> str:

@@ -54,7 +54,7 @@ def supports_of(revision: Revision) -> list[dict[str, Any]]:
         radius_m = {m.order: float(max(m.raising.radius_m.max(), m.loaded.radius_m.max())) for m in own}
         worst = max(hung, key=lambda order: (hung[order] * radius_m[order], -order))
         inertia_kg_m2 = max(hung[order] * radius_m[order] ** 2 for order in hung)
-        stated = support_of(given, crane.name, is_first=index == 0)
+        stated = support_of(given, crane.name, crane.machine or crane.name, is_first=index == 0)
         loads = {
             "crane": crane.name,
             "kind": crane.kind,

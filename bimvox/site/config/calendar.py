@@ -27,7 +27,7 @@ Factors = Annotated[tuple[Factor, Factor, Factor], AfterValidator(_ascending)]
 class UncertaintyConfig(Table):
     """How much shorter or longer the plan may take, for the percentiles of its end. All defaults are assumed.
 
-    Factors of the planned time, of each lift by class of work (shortest, likely, longest) and of all lifts together.
+    Factors (shortest, likely, longest) of the planned time, of each lift by class of work, and of all lifts together.
     """
 
     crew: Factors = (0.9, 1.0, 1.3)
@@ -57,8 +57,12 @@ class UncertaintyConfig(Table):
     """With this lift of a class, a crew takes the planned time."""
     late_lorries: Annotated[NotNegative, Field(le=1.0)] = 0.2
     """Share of the deliveries that are late."""
+    haulier: Factors = (0.25, 0.75, 2.0)
+    """Of that share: how reliable the haulier is. One factor for the whole plan; the default is 1 on average."""
     late_h: Factors = (0.25, 0.5, 2.0)
     """Hours that a late delivery keeps crane and crew waiting: shortest, likely, longest."""
+    season: Factors = (0.5, 1.0, 1.5)
+    """Of the days that wind takes: how windy the season is. One factor for the whole plan."""
     samples: Annotated[Whole, Field(ge=100, le=100_000)] = 10_000
     """Number of simulated plans."""
     seed: Annotated[Whole, Field(ge=0)] = 0
@@ -72,6 +76,8 @@ class UncertaintyConfig(Table):
 # dollar counts as one euro. ``set_up``: four to five fitters for two days and a mobile crane (Liebherr in Capital
 # Equipment News, July 2018), the same again to dismantle: 4 * 32 h * 30 + 32 h * 225, about 11,000. All else is
 # assumed; the hire of a tower crane is between 3,000 and 15,000 USD a month (fmyly.com, "How much to hire a tower").
+# Days of hire: it begins when the crane can work on the site (pobcranes.ie, terms and conditions), and is paid for
+# each day on the site until its release, regardless of use, waits and weather too (championcrane.com, terms).
 
 ERECTION_PEOPLE = 3
 """A crane's erection crew, if the calendar does not say: a slinger in the yard and two people at the place, of whom one
@@ -113,8 +119,8 @@ class MachineCosts(Table):
 class CostsConfig(Table):
     """What cranes, crew and lorries cost, to compare set-ups. Defaults are rough: replace them by offers.
 
-    Crew is paid for the hours on the hook, lifts and unloading. Hire is paid for every period of these hours that is
-    begun; waits for concrete and days lost to wind are not in them.
+    Crew is paid for the hours on the hook, lifts and unloading. Hire is paid for every period that is begun from the
+    crane's first day to its last, waits for concrete and days lost to wind included.
     """
 
     currency: Annotated[Text, Field(max_length=12)] = "EUR"
@@ -174,6 +180,7 @@ USUAL_WEATHER_DAYS = (2.0, 2.0, 1.5, 1.0, 1.0, 0.5, 0.5, 0.5, 1.0, 1.5, 2.0, 2.0
 
 DEFAULT_SHIFT = "07:00-16:00"
 DEFAULT_BREAKS = ("09:00-09:15", "12:00-12:45")
+_USUAL_MONDAY = date(2026, 3, 2)
 USUAL_UNLOADING_S = 1800.0
 """Working time to unload a lorry if nothing is known about it; assumed."""
 
@@ -257,6 +264,13 @@ class CalendarConfig(Table):
         return datetime.combine(self.start, time()) + timedelta(minutes=self.hours.shifts[0][0])
 
     @property
+    def usual(self) -> Self:
+        """The same from a usual Monday on, without holidays: wind takes as many days of each month."""
+        lost = sum(self.days_lost) / 12.0
+        update = {"start": _USUAL_MONDAY, "holidays": (), "country": None, "region": None, "weather_days": (lost,) * 12}
+        return self.model_copy(update=update)
+
+    @property
     def is_default(self) -> bool:
         """Whether the site file says nothing about it but when work starts."""
         return not self.model_fields_set - {"start"}
@@ -293,6 +307,7 @@ class CalendarConfig(Table):
 
 _WEEKS_A_MONTH = 52.0 / 12.0
 _ROUNDING = 1e-9
+_MOST_LOST = 0.9
 
 
 @dataclass(frozen=True, slots=True)
@@ -301,17 +316,17 @@ class Hire:
 
     Attributes:
         rate: For a period.
-        period_h: Working hours of a period.
+        days: Days of a period, of those days of the week on which the site works.
         least: Least number of periods.
     """
 
     rate: float
-    period_h: float
+    days: float
     least: int = 1
 
-    def total(self, hours: float) -> float:
-        """Return the hire for so many hours: for every period that is begun."""
-        return self.rate * max(self.least, ceil(hours / self.period_h - _ROUNDING))
+    def total(self, days: float) -> float:
+        """Return the hire for so many days: for every period that is begun."""
+        return self.rate * max(self.least, ceil(days / self.days - _ROUNDING))
 
 
 @dataclass(frozen=True, slots=True)
@@ -321,21 +336,33 @@ class Rates:
     Attributes:
         set_up: Transport, foundation, erecting and dismantling, once.
         hour: The crew, for an hour on the hook.
+        day_h: Working hours of a day.
         hires: The machine, or two.
         unloading_h: Hours on the hook besides those of the lifts.
         lorries: All lorries.
+        waits_h: Working hours in which the crane waits, such as for joints, by an estimate.
+        lost: Share of the days that wind takes.
     """
 
     set_up: float
     hour: float
+    day_h: float
     hires: tuple[Hire, ...] = ()
     unloading_h: float = 0.0
     lorries: float = 0.0
+    waits_h: float = 0.0
+    lost: float = 0.0
 
-    def total(self, hours: float) -> float:
-        """Return the cost of so many hours of lifts."""
+    def total(self, hours: float, hire_days: float | None = None) -> float:
+        """Return the cost of so many hours of lifts.
+
+        Args:
+            hours: The hours.
+            hire_days: Days of hire, as ``bimvox.records.dates.hire_days`` counts them; None: by an estimate.
+        """
         hook_h = hours + self.unloading_h
-        return self.set_up + self.lorries + self.hour * hook_h + sum(hire.total(hook_h) for hire in self.hires)
+        days = (hook_h + self.waits_h) / self.day_h / (1.0 - self.lost) if hire_days is None else hire_days
+        return self.set_up + self.lorries + self.hour * hook_h + sum(hire.total(days) for hire in self.hires)
 
     def with_another(self, other: Rates) -> Rates:
         """Return what this and another machine cost, if both are on the site for the same hours and deliveries."""
@@ -349,36 +376,31 @@ class Rates:
 
 
 def rates_of(costs: CostsConfig, calendar: CalendarConfig, name: str, kind: str, load_moment_tm: float) -> Rates:
-    """Return what a machine costs, without deliveries.
+    """Return what a machine costs, without deliveries and waits.
 
     Args:
         costs: The rates of the site file.
-        calendar: Its working hours, which make a period, and its crew.
+        calendar: Its working hours, its crew, and the days that wind takes.
         name: Name of the machine.
         kind: ``hammerhead``, ``luffing`` or ``mobile``.
         load_moment_tm: Its size.
     """
-    crew = (calendar.erection_people + 1) * costs.person_hour
-    hours: dict[Period, float] = {
-        "day": day_h(calendar),
-        "week": len(calendar.hours.days) * day_h(calendar),
-        "month": month_h(calendar),
-    }
+    week = len(calendar.hours.days)
+    days: dict[Period, float] = {"day": 1.0, "week": week, "month": week * _WEEKS_A_MONTH}
+    lost = min(_MOST_LOST, sum(calendar.days_lost) / 12.0 / days["month"])
+    person_hours = (calendar.erection_people + 1) * costs.person_hour
+    rates = Rates(0.0, person_hours, day_h(calendar), lost=lost)
     for offer in costs.machine:
         if offer.name == name:
-            hires = tuple(Hire(rate, hours[period], offer.least) for period, rate in offer.periods.items())
-            return Rates(offer.set_up, crew, hires)
+            hires = tuple(Hire(rate, days[period], offer.least) for period, rate in offer.periods.items())
+            return replace(rates, set_up=offer.set_up, hires=hires)
     if kind == "mobile":
-        period_h = hours[costs.mobile_period]
-        return Rates(costs.mobile_set_up, crew, (Hire(costs.mobile_hour * period_h, period_h, costs.mobile_least),))
-    month, period_h = costs.tower_month_per_tm * load_moment_tm, hours[costs.tower_period]
-    hire = Hire(month * period_h / hours["month"], period_h, costs.tower_least)
-    return Rates(costs.set_up + costs.set_up_per_tm * load_moment_tm, crew, (hire,))
-
-
-def month_h(calendar: CalendarConfig) -> float:
-    """Return the working hours of a month without holidays."""
-    return len(calendar.hours.days) * day_h(calendar) * _WEEKS_A_MONTH
+        period = days[costs.mobile_period]
+        hire = Hire(costs.mobile_hour * period * rates.day_h, period, costs.mobile_least)
+        return replace(rates, set_up=costs.mobile_set_up, hires=(hire,))
+    month, period = costs.tower_month_per_tm * load_moment_tm, days[costs.tower_period]
+    hire = Hire(month * period / days["month"], period, costs.tower_least)
+    return replace(rates, set_up=costs.set_up + costs.set_up_per_tm * load_moment_tm, hires=(hire,))
 
 
 def day_h(calendar: CalendarConfig) -> float:

@@ -90,6 +90,8 @@ class SupportConfig(Table):
 
     crane: Text | None = None
     """Name of the crane. Default: the first."""
+    machine: Text | None = Field(default=None, examples=["hammerhead-45"])
+    """Machine for which it holds, as in ``[crane] machine``; with another one it does not count. Default: any."""
     crane_mass_kg: Mass | None = None
     """Mass of the crane as erected, with ballast and counterweight, without hook block and rigging."""
     back_moment_knm: Annotated[NotNegative, Field(le=1e7)] | None = None
@@ -102,6 +104,7 @@ class SupportConfig(Table):
     """Permitted pressure on the ground."""
 
 
-def support_of(given: Sequence[SupportConfig], crane: str, *, is_first: bool) -> SupportConfig | None:
-    """Return what is stated of a crane; a table without a name is about the first one."""
-    return next((one for one in given if one.crane == crane or (one.crane is None and is_first)), None)
+def support_of(given: Sequence[SupportConfig], crane: str, machine: str, *, is_first: bool) -> SupportConfig | None:
+    """Return what is stated of a crane, a machine; a table without a crane's name is about the first one."""
+    own = (one for one in given if one.machine in (None, machine))
+    return next((one for one in own if one.crane == crane or (one.crane is None and is_first)), None)
