@@ -150,6 +150,7 @@ _SET_UPS: dict[str, Column] = {
     "refused": "refused",
     "crane h": "hours",
     "moving h": "moving_hours",
+    "hire days": "hire_days",
     "critical": "critical_lifts",
     "highest %": rounded("highest_utilisation", per=0.01),
     "cost": rounded("cost"),

@@ -290,6 +290,7 @@ def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
     found = ", ".join(f"{round(share * figures['planned']):,} by {method}" for method, share in shares if share)
     ratio, hours, travel = figures["moves_over_shortest"], figures["crane_hours"], figures["hook_travel_m"]
     critical, swing, wind = figures["critical_lifts"], figures["swing"], figures.get("permitted_wind")
+    days = figures.get("hire_days")
     return [
         ("paths found", found if figures["planned"] else None),
         ("moves", None if ratio is None else f"{figures['moves']:,}, {ratio:.3f} times the fewest possible"),
@@ -300,6 +301,7 @@ def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
             else f"{elapsed(3600.0 * hours)}, {elapsed(3600.0 * figures['loaded_hours'])} of it loaded",
         ),
         ("unloading", _unloading(figures)),
+        ("hire", days and f"{days:,} day{'' if days == 1 else 's'} of the working week, waits and wind included"),
         *(
             (f"crane {crane['name']}", f"{crane['lifts']:,} lifts, works {crane['busy_share']:.0%} of the time")
             for crane in figures.get("cranes", ())

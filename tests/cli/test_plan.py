@@ -20,6 +20,12 @@ def test_crane_time_has_the_format_of_elapsed_time() -> None:
     assert dict(figure_fields(FIGURES))["crane time"] == "2:01:48, 0:07:48 of it loaded"
 
 
+def test_hire_is_told_in_days_if_it_is_known() -> None:
+    assert dict(figure_fields(FIGURES))["hire"] is None
+    said = [dict(figure_fields(FIGURES | {"hire_days": days}))["hire"] for days in (1, 12)]
+    assert [str(one).split(" of ")[0] for one in said] == ["1 day", "12 days"]
+
+
 def test_the_first_line_names_what_the_crane_carries_and_is_refused_nevertheless() -> None:
     refused = {"name": "Stair 2", "component": "2O2", "is_carried": True}
     heavy = {"name": "Block", "component": "2O3", "is_carried": False}

@@ -29,8 +29,8 @@ _STEPS_COST = tuple(step * 10**n for n in range(1, 8) for step in (1.0, 2.0, 5.0
 _DEAR = 1.25
 _LEGEND = "Filled: planned, of the front. Triangle: the given set-up. Hollow: planned, beaten. Small: estimates alone."
 _COLUMNS = (
-    "set-up", "place", "yard,\ntruckload", "parts\nrefused", "crane\nhours", "of them\nmoving", "critical\nlifts",
-    "highest\nutilisation", "cost", "files", "why not",
+    "set-up", "place", "yard,\ntruckload", "parts\nrefused", "crane\nhours", "of them\nmoving", "days of\nhire",
+    "critical\nlifts", "highest\nutilisation", "cost", "files", "why not",
 )  # fmt: skip
 
 
@@ -152,6 +152,7 @@ def _row(one: Mapping[str, Any], prefix: str = "") -> str:
         number(one["refused"], str(one["refused"])),
         number(one["hours"], fixed(one["hours"] or 0.0, 2)),
         number(one["moving_hours"], fixed(one["moving_hours"] or 0.0, 2)),
+        number(one["hire_days"], str(one["hire_days"])),
         number(one["critical_lifts"], str(one["critical_lifts"])),
         number(highest, percent(highest or 0.0, 0)),
         number(one["cost"], f"{one['cost'] or 0.0:,.0f}"),

@@ -21,6 +21,7 @@ def set_up(machine: str, hours: float | None, cost: float | None, **more: object
         "refused": None if hours is None else 0,
         "hours": hours,
         "moving_hours": hours and hours - 1.0,
+        "hire_days": hours and 7,
         "cost": cost,
         "critical_lifts": 1,
         "highest_utilisation": 0.5,
