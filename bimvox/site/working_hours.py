@@ -9,9 +9,6 @@ from datetime import date, datetime, time, timedelta
 from functools import cache
 from typing import Self
 
-import numpy as np
-from numpy.typing import NDArray
-
 from bimvox.errors import shown
 
 DAYS = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
@@ -170,24 +167,6 @@ class WorkingHours:
     def week_days(self, first: date, last: date) -> int:
         """Return how many of the days from ``first`` to ``last`` are working days of a week, free or not."""
         return sum((first + timedelta(days=n)).weekday() in self.days for n in range((last - first).days + 1))
-
-    def mean_worked_s(self, spans_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (N,) how much of spans of time is worked on average, if they begin at any time of work.
-
-        Free days do not count.
-        """
-        works = np.zeros(7 * _DAY_MIN, np.bool_)
-        for day in range(7):
-            for low, high in self.of_weekday(day):
-                works[day * _DAY_MIN + low : day * _DAY_MIN + high] = True
-        whole, rest = np.divmod(np.round(spans_s / 60.0).astype(np.int64), len(works))
-        upto = np.concatenate([[0], np.cumsum(np.tile(works, 2))])
-        begins = np.flatnonzero(works)
-        minutes = [
-            works.sum() * weeks + (upto[begins + more] - upto[begins]).mean()
-            for weeks, more in zip(whole, rest, strict=True)
-        ]
-        return 60.0 * np.array(minutes, np.float64)
 
     def next_day(self, day: date) -> date:
         """Return the first working day from a day on.

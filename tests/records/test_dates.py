@@ -6,7 +6,6 @@ from datetime import date, datetime, time, timedelta
 from itertools import pairwise
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 import seeded_faults as faults
 from hypothesis import given, settings
@@ -263,17 +262,6 @@ def test_without_a_start_the_hire_is_that_from_a_usual_monday_on():
     assert hire_days(undated, *made) == pytest.approx(30 / (1.0 - lost), abs=1.0)
     assert hire_days(calendar_of(), *made) == dated(calendar_of(), [6 * 3600] * 30).hire_days
     assert hire_days(undated, SITE, [], [], Steps()) is None
-
-
-@settings(max_examples=20, deadline=None)
-@given(calendars(), st.integers(0, 1800))
-def test_what_is_worked_of_a_span_on_average_is_counted_minute_by_minute(calendar, span_min):
-    hours = calendar.model_copy(update={"holidays": ()}).hours
-    week = 7 * 1440
-    works = np.array([any(low <= n % 1440 < high for low, high in hours.of_weekday(n // 1440)) for n in range(week)])
-    counted = sum((works[(np.flatnonzero(works) + k) % week].mean() for k in range(span_min)), 0.0)
-    found_s = hours.mean_worked_s(60.0 * np.array([span_min, week, span_min + 3 * week]))
-    assert found_s / 60.0 == pytest.approx([counted, works.sum(), counted + 3 * works.sum()])
 
 
 def test_two_cranes_stop_only_while_no_load_hangs():

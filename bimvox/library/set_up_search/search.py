@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +19,12 @@ from bimvox.library.set_up_search.set_up import OtherYard, Rig, Tried
 from bimvox.library.set_up_search.timed import LIFTS, Ways, timed_moving_s, ways_on
 from bimvox.library.site import built_site
 from bimvox.planning.order.faster_order import FasterOrder, travel_of
-from bimvox.planning.order.makespan import makespan_s
 from bimvox.planning.order.sequence import Sequencer
 from bimvox.planning.order_search import prepare
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.stacks import is_stacked
 from bimvox.progress import Progress
+from bimvox.records.dates import WorkTime
 from bimvox.site.config.calendar import CalendarConfig, Rates
 from bimvox.site.config.gear_file import gear_by_crane
 from bimvox.site.config.site_config import Polygon
@@ -33,7 +34,9 @@ from bimvox.site.guess import rigs_of
 from bimvox.site.means import Means
 from bimvox.site.set_ups import LiftWork, SetUps, carried, ground_plan, highest_utilisation, set_ups
 from bimvox.site.site import HeadingRule, Site, SwingRule, parts_beside
+from bimvox.units import NS_PER_S
 
+_CALM = (0.0,) * 12
 _MOST_BASES, _MOST_MOVED = 600, 200
 """Places of a mast: with the site file's yard, and with another one."""
 _SLACK_VOX = 2.0
@@ -311,15 +314,34 @@ class Search:
 
 
 def _waits_h(site: Site, made: Preparation, calendar: CalendarConfig, unloading_h: float) -> float:
-    """Return how many working hours the crane waits for joints and work of others, by the estimate of an order.
+    """Return how many working hours the crane stands idle, by the estimate of an order in the calendar without wind.
 
-    What must carry carries after a time of the calendar; of that, the working time counts that falls into it on
-    average. Other set-ups wait about as long: their lifts take as long but for some per cent.
+    It waits for joints and for work of others, and before breaks that the next lift would run into. Other set-ups wait
+    about as long: their lifts take as long but for some per cent.
     """
+    known = (calendar if calendar.start is not None else calendar.usual).model_copy(update={"weather_days": _CALM})
+    if known.begins is None:
+        return 0.0
     sequencer, travels = Sequencer(site, made.relations, made.contacts), [travel_of(site, one) for one in site.cranes]
     times = FasterOrder(site, sequencer, made.relations, travels).times(made.places)
-    lifts = times.crane >= 0
-    lead_s = times.lead_s + lifts * 3600.0 * unloading_h / max(1, int(lifts.sum()))
-    waiting = times._replace(lead_s=lead_s, hold_s=calendar.hours.mean_worked_s(times.hold_s))
-    without = waiting._replace(under=times.under[:0], first=np.zeros_like(times.first))
-    return (makespan_s(waiting, made.sequence.order) - makespan_s(without, made.sequence.order)) / 3600.0
+    lifts = [i for i in made.sequence.order if times.crane[i] >= 0]
+    empty_s = [0.0, *(float(times.empty_s[times.crane[j], i, j]) for i, j in pairwise(lifts))]
+    carry_s = times.carry_s[times.crane, np.arange(len(times.crane))]
+    stands_s = times.lead_s + times.off_s + 3600.0 * unloading_h / max(1, len(lifts))
+    work = WorkTime(known.hours, known.begins)
+    took_s = dict(zip(lifts, ((carry_s + stands_s)[lifts] + empty_s).tolist(), strict=True))
+    first_ns = end_ns = work.fitting(0, 0)
+    carries_ns, crew_ns = dict[int, int](), dict[int, int]()
+    for i in made.sequence.order:
+        under = times.under[times.first[i] : times.first[i + 1]].tolist()
+        ready_ns = max([end_ns, *(carries_ns.get(j, 0) for j in under)])
+        if i in took_s:
+            lasts_ns = round(NS_PER_S * took_s[i])
+            end_ns = work.fitting(ready_ns, lasts_ns) + lasts_ns
+            carries_ns[i] = end_ns + round(NS_PER_S * times.hold_s[i])
+        elif end_ns > first_ns:  # what comes before the first lift is done when it begins
+            crew = int(times.crew[i])
+            ends_ns = work.worked(max(ready_ns, crew_ns.get(crew, 0)), round(NS_PER_S * times.work_s[i]))
+            crew_ns[crew], carries_ns[i] = ends_ns, ends_ns + round(NS_PER_S * times.hold_s[i])
+    idle_s = work.between(first_ns, end_ns) / NS_PER_S - sum(took_s.values())
+    return float(max(0.0, idle_s / 3600.0))

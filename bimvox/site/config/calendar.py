@@ -340,7 +340,7 @@ class Rates:
         hires: The machine, or two.
         unloading_h: Hours on the hook besides those of the lifts.
         lorries: All lorries.
-        waits_h: Working hours in which the crane waits, such as for joints, by an estimate.
+        waits_h: Working hours in which the crane stands idle, such as to wait for joints, by an estimate.
         lost: Share of the days that wind takes.
     """
 

@@ -17,6 +17,7 @@ from bimvox.library.set_up_search.set_up import Effort, OtherYard, Tried, front_
 from bimvox.library.set_up_search.timed import LIFTS
 from bimvox.progress import SilentProgress
 from bimvox.site.catalogue import machines_called
+from bimvox.site.config.rules import CuringConfig
 from bimvox.site.config.site_config import ModelConfig
 from bimvox.site.guess import guess_site
 
@@ -28,6 +29,19 @@ def search() -> Search:
     building = read_model(SAMPLES / "frame.ifc")
     config = guess_site(building, ModelConfig(path=Path("frame.ifc")), name="site")
     return Search(PlacedSite(config, building), SilentProgress())
+
+
+def test_hire_is_estimated_with_the_waits_for_joints(search: Search) -> None:
+    config, (machine, *_) = search.config, machines_called("mobile")
+    cured_h = []
+    for hours in (0.0, 16.0, 100.0):
+        curing = {name: hours for name in CuringConfig.model_fields if name.endswith("_h")}
+        rules = config.rules.model_copy(update={"curing": CuringConfig(floors_wait=True, **curing)})
+        placed = PlacedSite(config.model_copy(update={"rules": rules}), read_model(SAMPLES / "frame.ifc"))
+        cured_h.append(Search(placed, SilentProgress()).rates(machine).waits_h)
+    assert 0.0 <= cured_h[0] <= cured_h[1] < cured_h[2]
+    standing_h = float(search.work.standing_s.sum()) / 3600.0
+    assert 0.0 < search.least_cost([machine], 8) <= search.rates(machine).total(standing_h)
 
 
 @pytest.fixture(scope="module")
