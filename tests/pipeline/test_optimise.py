@@ -167,7 +167,8 @@ def test_a_set_up_with_another_yard_plans_as_it_is(made: tuple[Path, dict[str, A
     site, far = made[0], made[0].with_name("far.site.toml")
     opened = open_site(site)
     distant = tuple(tuple((x + 12.0, y - 12.0) for x, y in polygon) for polygon in opened.setup.yard)
-    save(opened, opened.setup.model_copy(update={"yard": distant}), far)
+    lane = opened.with_areas_of(opened.config, distant).areas.access or ()
+    save(opened, opened.setup.model_copy(update={"yard": distant, "access": lane}), far)
     document = run(far, site.parent / "yards", effort=Effort(3, 12, cranes=1), crane="hammerhead-45")
     moved = [one for one in planned(document) if one["yard"] is not None]
     assert document["trials"] == 12
