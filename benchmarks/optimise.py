@@ -154,7 +154,7 @@ def _planned(record: dict[str, Any], rates: Rates) -> Planned:
     if record["status"] == FAILED:
         return _NO_PLAN
     hours = record["figures"]["crane_hours"]
-    return Planned(record["infeasible"], hours, rates.total(hours))
+    return Planned(record["infeasible"], hours, rates.total(hours, record["figures"]["hire_days"]))
 
 
 def _any_place(one: Tried, rng: np.random.Generator) -> int:
