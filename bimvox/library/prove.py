@@ -9,7 +9,6 @@ from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError, NoPlanError, listed
 from bimvox.library.hand_over import handed_over, preparation_of
-from bimvox.motion.props import props_of
 from bimvox.motion.steps import steps_of
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
@@ -27,6 +26,7 @@ from bimvox.records.lift import NOT_DRIVEN, LiftPlan, Method, ModelledClash, Sta
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Verification
 from bimvox.records.steps import Steps
+from bimvox.remarks.proven_props import proven_props
 from bimvox.site.site import Site, names_by_id
 from bimvox.walk import Store
 from bimvox.workers import ALONE, Workers
@@ -257,7 +257,7 @@ class _Attempts:
         if not of_motions.verified:
             return refusals(of_motions)
         if made.site.rules.props is not None:
-            of_props = verify_props(made, motions, steps, props_of(made, tuple(motions)), store)
+            of_props = verify_props(made, motions, steps, proven_props(made, tuple(motions)), store)
             of_motions = Verification((*of_motions.checks, of_props))
         if not of_motions.verified:
             return refusals(of_motions)

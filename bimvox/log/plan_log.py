@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from bimvox.errors import ConfigError, SelectionError
-from bimvox.motion.props import props_of
 from bimvox.motion.steps import steps_of_log
 from bimvox.records.dates import PlanDates, dates_of
 from bimvox.records.lift import Lift, LiftPlan, Status
@@ -25,6 +24,7 @@ from bimvox.records.programme import against_programme
 from bimvox.records.proof import Remark, Severity
 from bimvox.records.props import Props, Standing
 from bimvox.records.steps import Steps
+from bimvox.remarks.proven_props import proven_props
 from bimvox.remarks.remarks import remarks_if_sensible
 from bimvox.remarks.rules import late
 from bimvox.site.config.calendar import CalendarConfig
@@ -128,7 +128,7 @@ class PlanLog:
     @cached_property
     def props(self) -> Props:
         """What holds the lifted parts when they are released; nothing of an extract, because all lifts count."""
-        return props_of(self.plan, tuple(self.motions), tuple(self.context))
+        return proven_props(self.plan, tuple(self.motions), tuple(self.context))
 
     @property
     def props_standing(self) -> tuple[Standing, ...]:

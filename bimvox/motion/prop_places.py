@@ -6,8 +6,8 @@ there by then, at right angles on plan. Neither end is at an opening or an edge,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import product, takewhile
 from math import atan2, ceil, cos, hypot, radians, sin, tan
@@ -22,7 +22,7 @@ from bimvox.kept import kept
 from bimvox.motion.prop_room import Room, first_hit
 from bimvox.records.props import Point, Prop
 from bimvox.site.component import Component
-from bimvox.site.props import LEAN, WORKING_KN_M2, PropKind, PropRules, PropType
+from bimvox.site.props import FRICTION, LEAN, SAFETY, WORKING_KN_M2, PropKind, PropRules, PropType
 
 _Floats = NDArray[np.float64]
 
@@ -40,6 +40,12 @@ _FACE_M = 0.02
 _LEAST_CLEAR_M = 0.1
 """Of loads, where no place keeps the rule's clearance: they are guided past the prop by hand."""
 _MOST_PROPS, _MOST_SHORES = 6, 20
+_SPREAD = 0.4
+"""Props of a wall are this share of its length from each other, or there is one more."""
+_TWO_ROWS_M = 1.0
+"""What is narrower has one row of shores."""
+_BLOCK_KG = 100.0
+"""Blocks come in steps of this mass."""
 _FLOOR_DOWN_M = 1.0
 """The floor of a foot is at most this far below that of the part."""
 
@@ -148,8 +154,45 @@ class Places:
         strongest_kn = max((one.load_kn for one in self._types(PropKind.PUSH_PULL)), default=1e-9)
         least = ceil(self._load_kn(self.body.long_m, _HEAD, _LEAN_RAD) / strongest_kn)
         least = min(max(least, 2), _MOST_PROPS)
-        found = (self._in_a_row(count) for count in range(least, min(least + 1, _MOST_PROPS) + 1))
-        return next(filter(None, found), ())
+        best: tuple[float, tuple[Prop, ...]] = (np.inf, ())
+        for count in range(least, min(least + 1, _MOST_PROPS) + 1):
+            row = self._shared_by(self._in_a_row(count))
+            most_kn = max((one.load_kn for one in row), default=np.inf)
+            if most_kn < best[0]:
+                best = (most_kn, row)
+            if len(row) == count and self._are_spread(row):
+                return row
+        return best[1]
+
+    def _are_spread(self, row: Sequence[Prop]) -> bool:
+        """Return whether props are far enough from each other along a wall."""
+        at_m = [float(np.array(one.head_m[:2]) @ self.body.along) for one in row]
+        return max(at_m) - min(at_m) >= _SPREAD * self.body.long_m
+
+    def _shared_by(self, row: Sequence[Prop]) -> tuple[Prop, ...]:
+        """Return props of a wall with what each bears; none if one of them is not strong enough.
+
+        The wall is stiff; the wind pushes at its middle, its weight at its centre of mass.
+        """
+        if not row:
+            return ()
+        body, rules = self.body, self.rules
+        at_m = np.array([np.array(one.head_m[:2]) @ body.along for one in row])
+        pushes = ((rules.wind_kn_m2 * body.long_m * body.high_m, body.middle_m), (_lean_kn(self.part), self.centre_m))
+        shares_kn, apart = np.zeros(len(row)), at_m - at_m.mean()
+        for kn, middle_m in pushes:
+            off_m = float(middle_m @ body.along - at_m.mean())
+            shares_kn += kn * (1.0 / len(row) + off_m * apart / max(float(apart @ apart), 1e-9))
+        found = []
+        for one, share_kn in zip(row, shares_kn.tolist(), strict=True):
+            head, foot = np.array(one.head_m), np.array(one.foot_m)
+            out_m, length_m = float(np.hypot(*(foot - head)[:2])), float(np.linalg.norm(foot - head))
+            load_kn = abs(share_kn) * 0.5 * body.high_m / (head[2] - body.low_m) * length_m / out_m
+            kind = self._first_type(one.kind, length_m, load_kn)
+            if kind is None:
+                return ()
+            found.append(_loaded(one, kind, load_kn))
+        return tuple(found)
 
     def of_a_column(self) -> tuple[tuple[Prop, ...], tuple[_Floats, ...]]:
         """Return the props of a column, one in each of two directions, and the directions that have no place."""
@@ -198,7 +241,10 @@ class Places:
         strongest_kn = max((one.load_kn for one in self._types(PropKind.SHORE)), default=1e-9)
         count = min(max(2, ceil(half_kn / strongest_kn)), _MOST_SHORES)
         shores: list[Prop] = []
-        for side, n in product((-1.0, 1.0), range(count)):
+        wide = body.wide_m >= _TWO_ROWS_M
+        if not wide:
+            half_kn *= 2.0
+        for side, n in product((-1.0, 1.0) if wide else (0.0,), range(count)):
             insets = ((0.3, 0.0), (0.6, 0.2), (1.0, -0.2))
             places = [
                 body.at(((n + 0.5 + aside) / count - 0.5) * body.long_m, side * max(body.wide_m / 2.0 - inset, 0.0))
@@ -214,7 +260,7 @@ class Places:
 
     def _load_kn(self, wide_m: float, head: float, angle_rad: float) -> float:
         """Return what one prop bears along its axis, kN, if it holds all and its head is at a share of the height."""
-        pushes_kn = self.rules.wind_kn_m2 * wide_m * self.body.high_m + LEAN * self.part.mass_kg * _G / 1e3
+        pushes_kn = self.rules.wind_kn_m2 * wide_m * self.body.high_m + _lean_kn(self.part)
         return pushes_kn * 0.5 / head / cos(angle_rad)
 
     def _in_a_row(self, count: int) -> tuple[Prop, ...]:
@@ -247,7 +293,7 @@ class Places:
             outward = -1.0 if middle_m > 0.0 else 1.0
             places = [self.body.at(middle_m + outward * shift * share_m, 0.0) for shift in _SHIFTS]
         least_m = min(_LEAST_CLEAR_M, self.rules.clearance_m)
-        enough_m = self.rules.clearance_m if tries is _USUAL else least_m
+        enough_m = self.rules.clearance_m
         best: tuple[float, Prop | None] = (0.0, None)
         for place_m, head in product(places, tries.heads):
             at_m = self._head(side, place_m, head, _ON_COLUMN_M if count == 1 else _AROUND_M)
@@ -280,13 +326,13 @@ class Places:
         low_m, rise_m = self.body.low_m, head_m[2] - self.body.low_m
         out_m = rise_m / tan(angle_rad)
         above = np.array([*(head_m[:2] + out_m * ahead), low_m + 0.6 * rise_m])
-        foot_z = self.room.foot_below(above, low_m - _FLOOR_DOWN_M, self.span_ns[0])
-        if foot_z is None:
+        foot = self.room.foot_below(above, low_m - _FLOOR_DOWN_M, self.span_ns[0])
+        if foot is None:
             return 0.0, None
-        foot_m = np.array([above[0], above[1], foot_z])
-        leans_rad = atan2(head_m[2] - foot_z, out_m)
+        foot_m, on_ground = np.array([above[0], above[1], foot[0]]), foot[1]
+        leans_rad = atan2(head_m[2] - foot_m[2], out_m)
         load_kn = self._load_kn(wide_m, rise_m / self.body.high_m, leans_rad) / count
-        made = self._made(PropKind.PUSH_PULL, head_m, foot_m, load_kn)
+        made = self._made(PropKind.PUSH_PULL, head_m, foot_m, load_kn, on_ground=on_ground)
         return made if _STEEP_RAD[0] <= leans_rad <= _STEEP_RAD[1] else (0.0, None)
 
     def _shore(self, places_m: Iterable[_Floats], load_kn: float) -> list[Prop]:
@@ -298,22 +344,40 @@ class Places:
             if not np.isfinite(up_m):
                 continue
             head_m = np.array([*place_m, start_m + up_m])
-            foot_z = self.room.foot_below(head_m - [0.0, 0.0, 0.05], head_m[2] - longest_m, self.span_ns[0])
-            if foot_z is not None:
-                clear_m, made = self._made(PropKind.SHORE, head_m, np.array([*place_m, foot_z]), load_kn)
+            foot = self.room.foot_below(head_m - np.array([0.0, 0.0, 0.05]), head_m[2] - longest_m, self.span_ns[0])
+            if foot is not None:
+                clear_m, made = self._made(PropKind.SHORE, head_m, np.array([*place_m, foot[0]]), load_kn)
                 if made is not None and clear_m >= min(_LEAST_CLEAR_M, self.rules.clearance_m):
                     return [made]
         return []
 
-    def _made(self, kind: PropKind, head_m: _Floats, foot_m: _Floats, load_kn: float) -> tuple[float, Prop | None]:
+    def _made(
+        self, kind: PropKind, head_m: _Floats, foot_m: _Floats, load_kn: float, *, on_ground: bool = False
+    ) -> tuple[float, Prop | None]:
         """Return the first type of prop that reaches and bears a load, and its clearance; 0 and None without room."""
-        length_m = float(np.linalg.norm(head_m - foot_m))
-        types = (t for t in self._types(kind) if t.least_m <= length_m <= t.most_m and load_kn <= t.load_kn)
-        chosen = next(types, None)
+        chosen = self._first_type(kind, float(np.linalg.norm(head_m - foot_m)), load_kn)
         if chosen is None:
             return 0.0, None
         clear_m = self.room.clearance_m(self.part, head_m, foot_m, self.span_ns, self.rules.clearance_m)
-        return clear_m, Prop(chosen.name, kind, _point(head_m), _point(foot_m), round(float(load_kn), 6))
+        prop = Prop(chosen.name, kind, _point(head_m), _point(foot_m), 0.0, float(on_ground))
+        return clear_m, _loaded(prop, chosen, load_kn)
+
+    def _first_type(self, kind: PropKind, length_m: float, load_kn: float) -> PropType | None:
+        types = (t for t in self._types(kind) if t.least_m <= length_m <= t.most_m and load_kn <= t.load_kn)
+        return next(types, None)
+
+
+def _loaded(prop: Prop, kind: PropType, load_kn: float) -> Prop:
+    """Return a prop of a type that bears a load, on a block that holds it if it has one."""
+    lean_rad = atan2(prop.head_m[2] - prop.foot_m[2], hypot(*np.subtract(prop.head_m, prop.foot_m)[:2]))
+    holds_kn = load_kn * (cos(lean_rad) / FRICTION + sin(lean_rad)) * SAFETY
+    block_kg = ceil(holds_kn * 1e3 / _G / _BLOCK_KG) * _BLOCK_KG if prop.ballast_kg else 0.0
+    return replace(prop, type=kind.name, load_kn=round(float(load_kn), 6), ballast_kg=block_kg)
+
+
+def _lean_kn(part: Component) -> float:
+    """Return the horizontal load of a part that is out of plumb."""
+    return LEAN * part.mass_kg * _G / 1e3
 
 
 def thick_m(mesh: TriangleMesh) -> float:

@@ -71,8 +71,8 @@ class Room:
         self._prop_boxes = np.concatenate([self._prop_boxes, boxes])
         self._prop_spans = np.concatenate([self._prop_spans, np.array([span_ns] * len(props), np.int64)])
 
-    def foot_below(self, point_m: _Floats, low_m: float, at_ns: int) -> float | None:
-        """Return the height of a place for a foot straight below a point at a time.
+    def foot_below(self, point_m: _Floats, low_m: float, at_ns: int) -> tuple[float, bool] | None:
+        """Return the height of a place for a foot straight below a point at a time, and whether it is on the ground.
 
         None if there is no level and whole floor above a level, or the place is beside the site, in the yard or on the
         access.
@@ -89,7 +89,17 @@ class Room:
         missing = ~(np.abs(heights_m - heights_m[0]) <= _LEVEL_M)
         if missing.any():
             heights_m[missing] = self._below(points[missing] + _JOINT_M, low_m, at_ns)
-        return float(heights_m[0]) if (np.abs(heights_m - heights_m[0]) <= _LEVEL_M).all() else None
+        if not (np.abs(heights_m - heights_m[0]) <= _LEVEL_M).all():
+            return None
+        return float(heights_m[0]), bool(
+            heights_m[0] <= np.nan_to_num(self._ground_m(points[:1]), nan=-np.inf)[0] + 1e-9
+        )
+
+    def past_m(self, part: Component, prop: Prop, span_ns: tuple[int, int], most_m: float) -> float:
+        """Return how far loads pass from a prop of a part while it stands, up to a distance."""
+        return self._loads.clearance_m(
+            part.index, _points(np.array(prop.head_m), np.array(prop.foot_m)), span_ns, most_m
+        )
 
     def clearance_m(
         self, part: Component, head_m: _Floats, foot_m: _Floats, span_ns: tuple[int, int], most_m: float

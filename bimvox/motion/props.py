@@ -87,8 +87,10 @@ class _Choice:
                 one = self._upright(lift, part) if kind_of(part) in _UPRIGHT else self._lying(lift, part)
                 if one.props:
                     span_ns = (one.from_ns, NEVER_NS if one.until_ns is None else one.until_ns)
+                    clear_m = min(self._room.past_m(part, prop, span_ns, self._rules.clearance_m) for prop in one.props)
+                    holds_up = self._room.holding_up(part, one.props, span_ns)
                     self._room.add(one.props, span_ns)
-                    one = replace(one, holds_up=self._room.holding_up(part, one.props, span_ns))
+                    one = replace(one, holds_up=holds_up, clear_m=round(clear_m, 3))
                 yield one
 
     def _held(
@@ -129,13 +131,21 @@ class _Choice:
         return self._held(lift, Hold.PROPS, beside, props, waits)
 
     def _ties(self, part: Component) -> tuple[int, ...]:
-        """Return the floors that hold the head of an upright part: they rest on it, or touch its upper part."""
+        """Return the floors that hold the head of an upright part: they rest on it, or touch its upper part.
+
+        With a beam come the floors that rest on it. A wall is held by a floor only; to a column, which its own joint
+        holds, beams are enough.
+        """
         low_m, high_m = self._bounds_m[part.index, :, 2]
         upper_m = low_m + _UPPER * (high_m - low_m)
         found = {n for n in self._on[part.index] if self._bounds_m[n, 1, 2] > upper_m}
         found.update(self._touching(part, upper_m))
+        beams = [n for n in found if kind_of(self._parts[n]) is Work.BEAM]
+        found.update(n for beam in beams for n in self._on[beam])
         there_ns = self._times.there_ns
-        return tuple(sorted(n for n in found if kind_of(self._parts[n]) in _SPANNING and there_ns[n] < NEVER_NS))
+        ties = sorted(n for n in found if kind_of(self._parts[n]) in _SPANNING and there_ns[n] < NEVER_NS)
+        floored = kind_of(part) is Work.COLUMN or any(kind_of(self._parts[n]) is Work.SLAB for n in ties)
+        return tuple(ties) if floored else ()
 
     def _touching(self, part: Component, low_m: float) -> list[int]:
         """Return the components whose boxes touch that of a part above a height."""
@@ -183,12 +193,13 @@ class _Choice:
         if len(columns):
             size_m = self._frame.voxel_size_m
             bearing_m = self._frame.centre_of(np.column_stack([columns, np.zeros(len(columns), int)]))[:, :2]
-            places = self._places(part, (part.index,))
+            cast = tuple(sorted(n for n in self._on[part.index] if self._parts[n].means is Means.IN_SITU))
+            waits = (part.index, *cast) if cast else ()  # without what is cast on it, its designer says how it is held
+            places = self._places(part, waits)
             held = shapely.MultiPoint(bearing_m).convex_hull.buffer(size_m)
             if not held.contains(shapely.Point(*places.centre_m)):
                 shores = places.where_it_overhangs(bearing_m, size_m)
-                waits = (part.index,) if shores else ()
-                return self._held(lift, Hold.SHORES if shores else Hold.NOTHING, under, shores, waits)
+                return self._held(lift, Hold.SHORES if shores else Hold.NOTHING, under, shores, waits if shores else ())
         if under or self._resting.is_grounded(part):
             return self._held(lift, Hold.BEARING, under)
         beside = [n for n in self._touching(part, self._bounds_m[part.index, 0, 2]) if self._is_earlier(n, part)]

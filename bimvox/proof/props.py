@@ -36,6 +36,8 @@ _WHOLE_M, _CLOSE_M = 0.1, 0.05
 _TUBE_M = 0.05
 """Radius of a prop for what is in its way; of its last 0.35 m, the fixings, it is not asked."""
 _ENDS_M = 0.35
+_APART_M = 0.15
+"""Between the feet of two props of a part."""
 _ROUNDING_NS = 1
 _FAR = 1e6
 _SPANNING = frozenset((Work.BEAM, Work.SLAB, Work.STAIR))
@@ -200,6 +202,7 @@ class _Proof:
         else:
             look(count >= 2, f"{name}: {count} prop holds a wall; two do")
         low_m, high_m = part.mesh.bounds_m[:, 2]
+        pushes_kn = self._pushes_kn(part, held, ahead)
         for number, one in enumerate(held.props, 1):
             said = f"{name}, prop {number}"
             height = (one.head_m[2] - low_m) / (high_m - low_m)
@@ -207,14 +210,31 @@ class _Proof:
             out_m = float(np.hypot(*ahead[number - 1]))
             leans = degrees(atan2(one.head_m[2] - one.foot_m[2], out_m))
             look(39.9 <= leans <= 60.1, f"{said}: it is inclined by {leans:.1f} degrees")
-            wide_m = self._wide_m(part, ahead[number - 1])
-            pushes_kn = self.rules.wind_kn_m2 * wide_m * (high_m - low_m) + 0.02 * part.mass_kg * 9.80665e-3
-            at_once = count if kind_of(part) is Work.WALL else 1
-            bears_kn = pushes_kn * (high_m - low_m) / 2.0 / (one.head_m[2] - low_m) * np.hypot(
-                out_m, one.head_m[2] - one.foot_m[2]
-            ) / out_m / at_once  # fmt: skip
+            height_m, rise_m = high_m - low_m, one.head_m[2] - low_m
+            bears_kn = pushes_kn[number - 1] * height_m / 2.0 / rise_m
+            bears_kn *= np.hypot(out_m, one.head_m[2] - one.foot_m[2]) / out_m
             look(one.load_kn >= 0.9 * bears_kn, f"{said}: it bears {bears_kn:.1f} kN, not {one.load_kn:.1f} kN")
             self._check_prop(said, part, one, held)
+
+    def _pushes_kn(self, part: Component, held: Held, ahead: Sequence[_Floats]) -> list[float]:
+        """Return the horizontal load of each prop at half the part's height: wind, and a part that is out of plumb.
+
+        A wall is stiff: force and moment of its props along it are those of wind and weight. A column leans on one.
+        """
+        high_m = float(np.ptp(part.mesh.bounds_m[:, 2]))
+        leans_kn = 0.02 * part.mass_kg * 9.80665e-3
+        if kind_of(part) is Work.COLUMN:
+            return [self.rules.wind_kn_m2 * self._wide_m(part, one) * high_m + leans_kn for one in ahead]
+        side = np.array([-ahead[0][1], ahead[0][0]]) / np.hypot(*ahead[0])
+        corners = part.mesh.vertices_m[part.mesh.faces.ravel(), :2] @ side
+        at_m = np.array([np.array(one.head_m[:2]) @ side for one in held.props])
+        x, y, _ = part.hook_line_vox
+        hook_m = self.site.frame.corner_of(np.array(part.target_vox) + np.array([x + 0.5, y + 0.5, 0.0]))[:2] @ side
+        wind_kn = self.rules.wind_kn_m2 * self._wide_m(part, ahead[0]) * high_m
+        force = np.array([wind_kn + leans_kn, wind_kn * (corners.min() + corners.max()) / 2.0 + leans_kn * hook_m])
+        on = np.array([[len(at_m), at_m.sum()], [at_m.sum(), at_m @ at_m]])
+        base, slope = np.linalg.lstsq(on, force, rcond=None)[0]
+        return [abs(float(base + slope * one)) for one in at_m]
 
     def _check_shores(self, name: str, part: Component, held: Held) -> None:
         borne_kn = sum(one.load_kn for one in held.props)
@@ -224,12 +244,26 @@ class _Proof:
             self.check.look(
                 spans <= 1.5 * self.rules.shore_spacing_m, f"{name}: shores are {spans:.1f} m from each other"
             )
+        else:
+            self.check.look(self._is_balanced(part, held), f"{name}: it tips off its shores and what carries it")
         self.check.look(borne_kn >= 0.3 * part.mass_kg * 9.80665e-3, f"{name}: its shores bear {borne_kn:.1f} kN")
         for number, one in enumerate(held.props, 1):
             said = f"{name}, shore {number}"
             aside = np.hypot(*np.subtract(one.head_m, one.foot_m)[:2])
             self.check.look(aside <= 0.01, f"{said}: it does not stand upright")
             self._check_prop(said, part, one, held)
+
+    def _is_balanced(self, part: Component, held: Held) -> bool:
+        """Return whether the centre of mass of a part is above its shores and the parts under it, within a cell."""
+        own = shapely.MultiPoint(part.mesh.vertices_m[part.mesh.faces.ravel(), :2]).convex_hull
+        pieces = [shapely.MultiPoint([one.head_m[:2] for one in held.props])]
+        for n in (*self.triangles.carried_by(part), *held.by):
+            below = self.parts[n].mesh
+            pieces.append(own.intersection(shapely.MultiPoint(below.vertices_m[below.faces.ravel(), :2]).convex_hull))
+        x, y, _ = part.hook_line_vox
+        hook_m = self.site.frame.corner_of(np.array(part.target_vox) + np.array([x + 0.5, y + 0.5, 0.0]))[:2]
+        whole = shapely.union_all(pieces).convex_hull.buffer(self.site.frame.voxel_size_m)
+        return bool(whole.contains(shapely.Point(*hook_m)))
 
     def _check_prop(self, said: str, part: Component, prop: Prop, held: Held) -> None:
         look, head, foot = self.check.look, np.array(prop.head_m), np.array(prop.foot_m)
@@ -258,6 +292,16 @@ class _Proof:
         on_site = 0 <= i < self.site.shape[0] and 0 <= j < self.site.shape[1]
         kept_free = on_site and (self.site.yard[i, j] or (self.site.access is not None and self.site.access[i, j]))
         look(on_site and not kept_free, f"{said}: it stands beside the site, in the yard or on the access")
+        near = [one for one in held.props if np.linalg.norm(foot - one.foot_m) < _APART_M]
+        look(len(near) == 1, f"{said}: another prop stands at its place")
+        if prop.kind is PropKind.PUSH_PULL and not self._is_on_part(foot, held.from_ns):
+            lean = np.array([np.hypot(*(foot - head)[:2]), head[2] - foot[2]]) / length_m
+            needs_kg = 1.5 * prop.load_kn * (lean[0] / 0.4 + lean[1]) / 9.80665e-3
+            said_kg = prop.ballast_kg
+            look(
+                said_kg >= 0.99 * needs_kg,
+                f"{said}: its block on the ground weighs {said_kg:.0f} kg of {needs_kg:.0f} kg",
+            )
         until_ns = held.until_ns
         met = list(self._in_the_way(held, head, foot))
         look(not met, f"{said}: {', '.join(met[:3])} is in its way")
@@ -282,6 +326,10 @@ class _Proof:
             top_m = self.site.frame.origin_m[2] + self.site.frame.voxel_size_m * (self.site.ground_vox[i, j] + 1.0)
             if abs(top_m - point_m[2]) <= radius_m:
                 return True
+        return self._is_on_part(point_m, at_ns, radius_m)
+
+    def _is_on_part(self, point_m: _Floats, at_ns: int, radius_m: float = _ON_M) -> bool:
+        """Return whether a point is on a part that is there by then, or on structure."""
         near = (self.bounds[:, 0] <= point_m + radius_m).all(axis=1) & (self.bounds[:, 1] >= point_m - radius_m).all(
             axis=1
         )

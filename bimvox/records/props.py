@@ -28,6 +28,7 @@ class Prop:
         head_m: Where it holds the part, metres in the site frame.
         foot_m: Where it stands.
         load_kn: What it bears along its axis.
+        ballast_kg: What the block weighs on which it stands; 0 if it stands on concrete of the model.
     """
 
     type: str
@@ -35,6 +36,7 @@ class Prop:
     head_m: Point
     foot_m: Point
     load_kn: float
+    ballast_kg: float = field(default=0.0, metadata=SPARSE)
 
 
 class Hold(StrEnum):
@@ -66,6 +68,7 @@ class Held:
         until_ns: When its props may go; None: as its designer says, because nothing in the plan takes their place, or
             because it has none.
         waits_for: Indices of the parts whose joints, or whose concrete, must carry before that; its own are among them.
+        clear_m: How far loads pass from its props at least, up to the rule's clearance; None without props.
         holds_up: Indices of the parts that trades build, or people set, where its props stand: they wait for these.
     """
 
@@ -78,6 +81,7 @@ class Held:
     until_ns: int | None
     waits_for: tuple[int, ...]
     holds_up: tuple[int, ...] = field(default=(), metadata=SPARSE)
+    clear_m: float | None = field(default=None, metadata=SPARSE)
 
     def in_words(self, site: Site) -> str:
         """Return what holds the part, in a few words."""
@@ -197,6 +201,7 @@ PROP = Record(
     ("head_m", tuple[float, ...], "Where it holds the part, site metres.", lambda prop: _point(prop.head_m)),
     ("foot_m", tuple[float, ...], "Where it stands, site metres.", lambda prop: _point(prop.foot_m)),
     ("load_kn", float, "What it bears along its axis, kN.", lambda prop: round(prop.load_kn, 1)),
+    ("ballast_kg", float, "Mass of the block on which it stands; 0 if it stands on concrete of the model."),
 )
 HELD = Record(
     "Held",
@@ -212,6 +217,8 @@ HELD = Record(
     ("from_s", float, "From when it must be held, elapsed seconds.", lambda it, _: _seconds(it.from_ns)),
     ("until_s", Maybe(float), "When its props may go; null: as its designer says, or it has none.",
      lambda it, _: _seconds(it.until_ns)),
+    ("clear_m", Maybe(float), "How far loads pass from its props at least, up to the rule's clearance.",
+     lambda it, _: it.clear_m),
     ("holds_up", tuple[str, ...], "Ids of the parts that are built or set by hand where its props stand: they wait.",
      lambda it, site: [site.components[n].id for n in it.holds_up]),
     ("waits_for", tuple[str, ...], "Ids of the parts whose joints or concrete must carry before its props may go.",

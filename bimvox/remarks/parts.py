@@ -86,13 +86,18 @@ def floating(subject: Subject) -> Iterator[Remark]:
 
 def held(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every part that nothing, or only its neighbours, hold when its slings come off."""
-    parts, keep = subject.site.components, 0
+    parts, rules, keep = subject.site.components, subject.site.rules.props, 0
     for one in subject.props.held:
         part = parts[one.component]
-        if one.hold is Hold.NOTHING and (kind_of(part) in _UPRIGHT or one.by):
-            yield table.NOT_HELD(part, what="props" if kind_of(part) in _UPRIGHT else "shores")
+        if one.hold is Hold.NOTHING:
+            what = "props" if kind_of(part) in _UPRIGHT else "shores"
+            lies = kind_of(part) in _UPRIGHT or one.by
+            why = f"no place for {what} is free" if lies else "what carries it is not in the model"
+            yield table.NOT_HELD(part, why=why)
         elif kind_of(part) in _UPRIGHT and one.by and one.hold in (Hold.NEIGHBOURS, Hold.PROPS):
             yield table.FIXED_TO(part, names=listed((name_of(parts[n]) for n in one.by), _NAMED))
+        if one.clear_m is not None and rules is not None and one.clear_m < rules.clearance_m - 1e-3:
+            yield table.NEAR_PROPS(part, clear=metres(one.clear_m), asked=metres(rules.clearance_m))
         if one.holds_up:
             when = "when the designer says so" if one.until_ns is None else f"elapsed {elapsed(one.until_ns / 1e9)}"
             names = listed((name_of(parts[n]) for n in one.holds_up), _NAMED)

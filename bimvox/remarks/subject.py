@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from bimvox.motion.props import props_of
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
 from bimvox.records.props import Props
+from bimvox.remarks.proven_props import proven_props
 from bimvox.site.component import Component
 from bimvox.site.crane_distances import Thing, fixed_things
 from bimvox.site.site import Site
@@ -56,7 +56,7 @@ class Subject:
     @property
     def props(self) -> Props:
         """What holds the lifted parts when they are released."""
-        return props_of(self.plan, self.motions, self.context)
+        return proven_props(self.plan, self.motions, self.context)
 
     @cached_property
     def things(self) -> tuple[Thing, ...]:

@@ -90,8 +90,10 @@ OVERLAP_ON_SITE = Row("overlap", _MINOR, OVERLAP.sentence + "; one of them is cu
 SMALL_OVERLAPS = Row("small_overlaps", _NOTE,
     "parts overlap in the model by up to {depth:.0f} mm, and may do so when they are set: {count:,} pair{s}")
 NOT_HELD = Row("not_held", _SERIOUS,
-    "nothing holds it when its slings come off: there is no place for {what} that nothing is in the way of; say what "
-    "does, or set it after what it can be fixed to")
+    "nothing of the plan holds it when its slings come off: {why}; say what does before it is lifted")
+NEAR_PROPS = Row("near_props", _MINOR,
+    "loads pass its props at {clear}, not {asked}: no place keeps more; they are guided by tag lines, and nobody is "
+    "between them")
 FIXED_TO = Row("not_held", _MINOR,
     "there is no place for props in every direction: fix it to {names} before its slings come off")
 HOLDS_UP = Row("props_in_the_way", _MINOR,

@@ -7,6 +7,7 @@
   part that is out of plumb (professional judgement).
 * The catalogue is generic: lengths as makers list them, loads not larger than that maker's for the same length (50, 36,
   22 and 15 kN at 4.0, 5.6, 7.3 and 8.9 m).
+* On the ground a prop stands on a block that neither slides nor lifts off.
 * Shores are telescopic floor props of class D of EN 1065: 20 kN, however far they are extended. Below planks that get a
   topping they stand in lines at most 1.5 m apart, and bear plank, topping and 1.5 kN/m2 of people and concrete that is
   heaped up (EN 12812; professional judgement).
@@ -73,6 +74,9 @@ class PropRules:
 
 FIELD_PROPS = PropRules(wind_kn_m2=0.5, clearance_m=0.3, shore_spacing_m=1.5, plank_m=0.12)
 """The defaults of a site file with a crane."""
+FRICTION, SAFETY = 0.4, 1.5
+"""Of a block on the ground, against sliding and lifting off (professional judgement; EN 12812 gives 0.4 to 0.8 for
+concrete on ground)."""
 LEAN = 0.02
 """Horizontal load of a part that is out of plumb, as a share of its weight."""
 WORKING_KN_M2 = 1.5

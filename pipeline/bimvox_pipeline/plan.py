@@ -18,7 +18,6 @@ from bimvox.library.site import load_site, read_obstructions
 from bimvox.log.plan_log import PlanLog, log_calendar, log_dates, with_full_rate
 from bimvox.log.recorder import write_log
 from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
-from bimvox.motion.props import props_of
 from bimvox.motion.steps import steps_of
 from bimvox.planning.stage import refused_by_crane
 from bimvox.policy.choice import PolicyInUse
@@ -26,6 +25,7 @@ from bimvox.progress import Progress
 from bimvox.records.lift import LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import needed_by_ns, not_lifted_groups
+from bimvox.remarks.proven_props import proven_props
 from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.site import names_by_id
 from bimvox.workers import Workers
@@ -122,7 +122,7 @@ def _document_of(proven: Planned, policy: PolicyInUse, calendar: CalendarConfig)
         "infeasible": infeasible_lifts(proven.plan, proven.motions),
         "not_lifted": [one.to_dict() for one in not_lifted_groups(site, proven.plan.lifts, proven.motions, steps)],
         **steps.documents(site),
-        **props_of(proven.plan, tuple(proven.motions)).documents(site),
+        **proven_props(proven.plan, tuple(proven.motions)).documents(site),
         "clashes": [
             {"first": c.first, "second": c.second, "depth_m": round(c.depth_m, 4), "at_least": c.at_least}
             for c in proven.plan.clashes

@@ -115,11 +115,13 @@ def test_a_thin_plank_with_a_topping_stands_on_shores_until_the_topping_carries(
     assert held_by_name(*made(PLANKS, thick, (("topping", Means.IN_SITU),)))["plank"].hold is Hold.BEARING
 
 
-def test_a_slab_whose_centre_of_mass_nothing_carries_stands_on_shores():
+def test_a_slab_whose_centre_of_mass_nothing_carries_stands_on_shores_until_its_designer_says_so():
     balcony = (ROOM[0], ("balcony", (0.0, 2.0, 2.8), (2.2, 8.0, 3.0), SLAB))
     plan, motions = made(balcony)
     held = held_by_name(plan, motions)["balcony"]
-    assert held.hold is Hold.SHORES
+    assert held.hold is Hold.SHORES and held.until_ns is None
+    feet = [one.foot_m for one in held.props]
+    assert len(set(feet)) == len(feet)
     assert all(prop.head_m[0] < 1.6 for prop in held.props)
     assert checked(plan, motions, props_of(plan, motions)).passed
 
@@ -139,3 +141,37 @@ def test_what_trades_build_where_props_stand_waits_for_them():
     assert checked(plan, motions, props).passed
     silent = Props(tuple(dataclasses.replace(one, holds_up=()) for one in props.held))
     assert any("stacks is in its way" in failure for failure in checked(plan, motions, silent).failures)
+
+
+def test_a_prop_on_the_ground_stands_on_a_block_that_holds_it():
+    plan, motions = made(ROOM)
+    for prop in held_by_name(plan, motions)["west"].props:
+        (x, _, z), load_kn = np.subtract(prop.head_m, prop.foot_m), prop.load_kn
+        length_m = float(np.hypot(x, z))
+        holds_kg = 1.5 * load_kn * (abs(x) / length_m / 0.4 + z / length_m) / 9.80665e-3
+        assert holds_kg <= prop.ballast_kg <= holds_kg + 100.0
+
+
+def test_a_beam_alone_does_not_hold_a_wall_but_the_floor_on_it_does():
+    beam = ("beam", (2.2, 2.2, 2.3), (2.5, 7.8, 2.7), "IfcBeam")
+    alone = held_by_name(*made((*ROOM[:2], beam)))
+    assert alone["west"].props and alone["west"].until_ns is None
+    plan, motions = made((*ROOM[:2], beam, ("floor", (2.2, 2.2, 2.7), (8.0, 7.8, 2.9), SLAB)))
+    floored, by_name = held_by_name(plan, motions)["west"], {part.id: part.index for part in plan.site.components}
+    assert by_name["floor"] in floored.waits_for
+
+
+def test_what_each_prop_of_a_wall_bears_follows_from_its_place():
+    window = tuple((f"late {n}", (2.3, y, 0.0), (5.0, y + 0.2, 2.6), WALL) for n, y in enumerate((2.3, 3.1, 3.9)))
+    plan, motions = made((*ROOM[:2], *window))
+    west = held_by_name(plan, motions)["west"]
+    at_m = np.array([one.head_m[1] for one in west.props])
+    part = plan.site.components[west.component]
+    borne = [
+        one.load_kn * abs(one.foot_m[0] - one.head_m[0]) / np.linalg.norm(np.subtract(one.head_m, one.foot_m))
+        * one.head_m[2] / 1.4
+        for one in west.props
+    ]  # fmt: skip
+    pushes_kn = 0.5 * 6.0 * 2.8 + 0.02 * part.mass_kg * 9.80665e-3
+    assert sum(borne) == pytest.approx(pushes_kn, rel=1e-3)
+    assert borne @ at_m == pytest.approx(pushes_kn * 5.0, rel=1e-3)  # wind and weight are in its middle

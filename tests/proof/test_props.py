@@ -50,6 +50,11 @@ FORGED: dict[str, tuple[Change, str]] = {
     "no such type": (_with(type="a broom"), "has no such"),
     "too short": (_with(type="push-pull prop 1.2-2.1 m"), "m long"),
     "a shore": (_with(type="shore EN 1065 D30"), "has no such"),
+    "on a light block": (_with(ballast_kg=100.0), "its block on the ground weighs"),
+    "at one place": (
+        lambda held: dataclasses.replace(held, props=(held.props[0], held.props[0])),
+        "another prop stands at its place",
+    ),
     "no number": (_with(load_kn=float("nan")), "makes no sense"),
     "far away": (_with(head_m=(1e9, 0.0, 0.0)), "makes no sense"),
     "no part": (lambda held: dataclasses.replace(held, by=(99,)), "makes no sense"),

@@ -6,7 +6,6 @@ from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 
-from bimvox.motion.props import props_of
 from bimvox.motion.steps import steps_of_log
 from bimvox.records.dates import PlanDates
 from bimvox.records.lift import Lift, LiftPlan, infeasible_among
@@ -17,6 +16,7 @@ from bimvox.records.steps import Steps, by_other_means, proven_in_words
 from bimvox.records.track import LoadTrack
 from bimvox.remarks.conditions import conditions_of
 from bimvox.remarks.not_covered import NotCovered, not_covered_by
+from bimvox.remarks.proven_props import proven_props
 from bimvox.rendering.words import counted
 from bimvox.site.config.site_config import SiteConfig
 
@@ -142,7 +142,7 @@ class Revision:
     @property
     def props(self) -> Props:
         """What holds the lifted parts when they are released."""
-        return props_of(self.plan, tuple(self.motions), tuple(self.context))
+        return proven_props(self.plan, tuple(self.motions), tuple(self.context))
 
     @property
     def props_standing(self) -> tuple[Standing, ...]:

@@ -11,6 +11,7 @@ from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.html import number, paragraph, row, table, tag, terms, value
 from bimvox.rendering.report.page import footer_of, printable
 from bimvox.rendering.report.plan_view import FIRST, plan_view
+from bimvox.rendering.report.props import props_of_lift
 from bimvox.rendering.report.rigging import rig_figure, rigs_of
 from bimvox.rendering.report.site_drawing import storeys_of
 from bimvox.rendering.report.site_plan import below_load, fall_zone
@@ -131,6 +132,7 @@ def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> lis
         ("Wind", f"up to {wind} (gust)" + (f"; heading {escape(lift['heading'])}" if lift["heading"] else "")),
         ("Clearance", _clearances(lift, rules)),
         ("Sight", f"hidden at {' and '.join(blind)}: signaller with radio" if blind else "seen at pick and set"),
+        ("Held by", props_of_lift(record, lift)),
         ("Begins", f"{begins}; takes {span(lift['ends_s'] - lift['begins_s'])}"),
         ("Steps", "; ".join(f"{PHASES.get(name, name)} {span(end - start)}" for name, start, end in lift["phases"])),
     ]

@@ -63,14 +63,18 @@ def propped(revision: Revision) -> dict[str, Any] | None:
         )
     drawings.sort(key=lambda one: (one["low_m"], one["storey"]))
     total = Counter(prop.type for one in props.held for prop in one.props)
-    return {"held": held, "needed": props.needed(), "total": dict(sorted(total.items())), "storeys": drawings}
+    assert site.rules.props is not None
+    wind = {"wind_kn_m2": site.rules.props.wind_kn_m2}
+    return {**wind, "held": held, "needed": props.needed(), "total": dict(sorted(total.items())), "storeys": drawings}
 
 
 def _until(revision: Revision, held: Held) -> str | None:
-    """Return when props may go in calendar time; None if they stay, or no dates are known."""
+    """Return when people take props away in calendar time; None if they stay, or no dates are known."""
     if revision.dates is None or not held.waits_for:
         return None
-    return max(_carries(revision, revision.dates, n) for n in held.waits_for).isoformat()
+    carries = max(_carries(revision, revision.dates, n) for n in held.waits_for)
+    shifts = revision.dates.hours.stretches(carries)
+    return next((max(begins, carries) for begins, ends in shifts if ends > carries), carries).isoformat()
 
 
 def _carries(revision: Revision, dates: PlanDates, component: int) -> datetime:
@@ -94,9 +98,11 @@ def props(record: dict[str, Any]) -> str:
     with_props = [one for one in held if one["props"]]
     count = sum(len(one["props"]) for one in with_props)
     about = (
-        "Places are chosen on the model: heads and feet on whole concrete, nothing in the way, loads at a distance. "
-        "Anchors, the strength of floor and ground, and the props themselves are the designer's to confirm. A part is "
-        "released when what stands here holds it."
+        "A part is released when what stands here holds it. Places are chosen on the model: heads on whole concrete, "
+        "feet on whole floors or on blocks on the ground, nothing in the way. Loads: wind of "
+        f"{found['wind_kn_m2']:g} kN/m² and 2 % of the weight; in more wind nobody is near. Anchors, the strength of "
+        "floor and ground, loads that lie eccentrically on what is propped, and the props themselves are the "
+        "designer's to confirm. Taking them away is not in the crew's hours."
     )
     return section(
         f"Props: {count:,} for {counted(len(with_props), 'part')}",
@@ -175,7 +181,7 @@ def _steps(held: Iterable[dict[str, Any]]) -> str:
                 escape(", ".join(ranges(one["number"] for one in those))),
             ]
         )
-        for at_s, those in sorted(groups.items())
+        for at_s, those in sorted(groups.items(), key=lambda one: (one[1][0]["until_at"] or "", one[0]))
     ]
     head = ("May go from\nelapsed", "Date", "Props", "Of lifts")
     return table(head, rows, class_="words narrow", id_="prop-steps") if rows else ""
@@ -204,7 +210,19 @@ def _parts(held: Iterable[dict[str, Any]]) -> str:
 
 def _ends(prop: dict[str, Any]) -> str:
     head, foot = (", ".join(fixed(at, 2) for at in prop[end]) for end in ("head_m", "foot_m"))
-    return f"{head} to {foot}; {number(prop['load_kn'], fixed(prop['load_kn'], 1), 'load_kn')} kN"
+    block = f", block {prop['ballast_kg'] / 1e3:.1f} t" if prop["ballast_kg"] else ""
+    return f"{head} to {foot}; {number(prop['load_kn'], fixed(prop['load_kn'], 1), 'load_kn')} kN{block}"
+
+
+def props_of_lift(record: dict[str, Any], lift: dict[str, Any]) -> str:
+    """Return what holds the part of a lift, for its card; empty if the plan says nothing of it."""
+    held = next((one for one in (record["props"] or {"held": ()})["held"] if one["component"] == lift["id"]), None)
+    if held is None:
+        return ""
+    until = _date(held["until_at"]) if held["until_at"] else "as its designer says" if held["until_s"] is None else ""
+    until = until or f"elapsed {elapsed(held['until_s'])}"
+    places = "".join(f"<br>{_ends(prop)}" for prop in held["props"])
+    return escape(held["words"]) + places + (f"<br>may go from {until}" if held["props"] else "")
 
 
 def _others(held: Iterable[dict[str, Any]]) -> str:
