@@ -20,6 +20,7 @@ from scipy.ndimage import maximum_filter
 from bimvox.compiled import kernel
 from bimvox.crane.kinematics import with_luffing_jib
 from bimvox.crane.load_chart import max_radius_m
+from bimvox.crane.sectors import capacities_kg, charts_of, sectors_of
 from bimvox.crane.tower_crane import LuffingJib, TowerCrane, columns_in_range, luff_of_radius, tip_height_m
 
 # Hook columns at which a luffing jib and its counterweight are clear of everything.
@@ -229,7 +230,7 @@ def hook_floor(
     """
     if crane is None:
         return np.zeros(top.shape, np.int32)
-    low_m, high_m = allowed_radii_m(crane, mass_kg)
+    low_m, high_m = _furthest_radii_m(crane, mass_kg)
     highest = (crane.highest_hook_m - crane.sling_m - frame.origin_m[2]) / frame.voxel_size_m
     floor: NDArray[np.int32] = _hook_floor(
         top,
@@ -246,6 +247,9 @@ def hook_floor(
         floor[jib_blocked(crane.luffing, crane.base_m, frame.origin_m, frame.voxel_size_m, top, own_m, reach_m)] = (
             HOOK_FORBIDDEN
         )
+    if sectors_of(crane):
+        shape = (floor.shape[0], floor.shape[1])
+        floor[_overloaded(crane, frame, shape, mass_kg + crane.tackle_kg, aside_m, slack_m)] = HOOK_FORBIDDEN
     given = crane.working_range
     if given.slew_rad is not None or given.radius_m is not None:
         shape = (floor.shape[0], floor.shape[1])
@@ -253,6 +257,31 @@ def hook_floor(
         outside = ~columns_in_range(given, crane.base_m, origin_m, frame.voxel_size_m, shape)
         floor[outside] = HOOK_FORBIDDEN
     return floor
+
+
+def _furthest_radii_m(crane: TowerCrane, mass_kg: float) -> tuple[float, float]:
+    """Return the smallest and the largest hook radius for a load in any direction."""
+    limits = [allowed_radii_m(replace(crane, chart=chart), mass_kg) for chart in charts_of(crane)]
+    return limits[0][0], max(high_m for _, high_m in limits)
+
+
+def _overloaded(
+    crane: TowerCrane,
+    frame: ColumnFrame,
+    shape: tuple[int, int],
+    hung_kg: float,
+    aside_m: tuple[float, float],
+    slack_m: float,
+) -> NDArray[np.bool_]:
+    """Return (X, Y) whether a mass on the rope is more than the sector's chart lists where the hook is in a column."""
+    x, y = (
+        frame.origin_m[axis] + aside_m[axis] - crane.base_m[axis] + frame.voxel_size_m * (np.arange(shape[axis]) + 0.5)
+        for axis in (0, 1)
+    )
+    radius_m = np.hypot(x[:, None], y[None, :]) - slack_m
+    slew_rad = np.broadcast_to(np.arctan2(y[None, :], x[:, None]), shape)
+    overloaded: NDArray[np.bool_] = capacities_kg(crane, slew_rad, radius_m) < hung_kg * (1.0 - 1e-12)
+    return overloaded
 
 
 def hook_top(

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel
+from bimvox.crane.carrier import Carrier, Stand
 from bimvox.crane.load_chart import LoadChart
 from bimvox.errors import InputError
 from bimvox.sparse import SPARSE
@@ -393,6 +394,9 @@ class TowerCrane:
         machine: Name of the machine, if ``name`` is the site's own; empty if ``name`` is the machine's.
         overrides: What the site file changes in the machine.
         foundation_m2: Area of the foundation of a tower crane, a square; None if nobody states it.
+        carrier: How a mobile crane is set up; None if its machine file describes neither outriggers nor sectors. With
+            sectors, ``chart`` holds in every direction in which a load may hang.
+        stand: How a tower crane stands; None if its machine file does not say.
     """
 
     name: str
@@ -418,6 +422,8 @@ class TowerCrane:
     machine: str = field(default="", metadata=SPARSE)
     overrides: tuple[Override, ...] = field(default=(), metadata=SPARSE)
     foundation_m2: float | None = field(default=None, metadata=SPARSE)
+    carrier: Carrier | None = field(default=None, metadata=SPARSE)
+    stand: Stand | None = field(default=None, metadata=SPARSE)
 
     @property
     def highest_hook_m(self) -> float:

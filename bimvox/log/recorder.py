@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from bimvox.crane.links import urdf
+from bimvox.crane.sectors import sectors_of
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
 from bimvox.log import schema as topics
 from bimvox.log.bundle import site_to_bytes
@@ -169,9 +171,27 @@ def own_attachments(
             "falls": crane.falls,
             "gears": crane.gears,
             "max_wind_m_s": crane.max_wind_m_s,
+            **_by_sector(crane),
         }
         robot = urdf(crane, topics.of_crane("", number))
         yield topics.of_crane(topics.URDF_FILE, number), robot.encode()
         yield topics.of_crane(topics.CHART_FILE, number), json.dumps(chart, ensure_ascii=False, indent=1).encode()
     yield topics.LAYOUT_FILE, layout_bytes(record.plan.site)
     yield topics.SITE_FILE, site_to_bytes(record.plan.site) if site_bytes is None else site_bytes
+
+
+def _by_sector(crane: TowerCrane) -> dict[str, Any]:
+    """Return the heading of a mobile crane and its charts by sector; empty if one chart holds all around."""
+    if not sectors_of(crane) or crane.carrier is None:
+        return {}
+    charts = [
+        {
+            "name": one.name,
+            "from_rad": one.from_rad,
+            "to_rad": one.to_rad,
+            "radius_m": () if one.chart is None else one.chart.radius_m,
+            "capacity_kg": () if one.chart is None else one.chart.capacity_kg,
+        }
+        for one in crane.carrier.sectors
+    ]
+    return {"heading_rad": crane.carrier.heading_rad, "sectors": charts}

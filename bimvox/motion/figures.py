@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of
-from bimvox.crane.load_chart import utilisation
+from bimvox.crane.sectors import utilisations
 from bimvox.records.dates import hire_days
 from bimvox.records.lift import LiftPlan, Method, Status
 from bimvox.records.motion import LiftMotion, PhaseName, Trajectory
@@ -164,8 +164,9 @@ def capacity_used(site: Site, motion: LiftMotion) -> float:
     """Return the highest utilisation of the crane in a lift, rigging included; infinite beyond its capacity."""
     crane = site.cranes[motion.crane]
     mass_kg = hung_kg(crane, site.components[motion.component])
-    radius_m = np.concatenate([motion.raising.radius_m, motion.loaded.radius_m])
-    return float(utilisation(crane.chart, radius_m, mass_kg).max())
+    held = (motion.raising, motion.loaded)
+    slew_rad, radius_m = (np.concatenate([getattr(part, key) for part in held]) for key in ("slew_rad", "radius_m"))
+    return float(utilisations(crane, slew_rad, radius_m, mass_kg).max())
 
 
 def wind_limits(motions: Sequence[LiftMotion]) -> dict[int, float]:

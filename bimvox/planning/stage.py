@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bimvox.crane.load_chart import capacity_kg, wind_force_n
 from bimvox.crane.reach import allowed_radii_m
+from bimvox.crane.sectors import NO_LOAD, sectors_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.planning.insertion import Insertion
 from bimvox.records.lift import YardPlace
@@ -21,6 +22,7 @@ from bimvox.site.default_rules import ALL_KEPT, Kept
 from bimvox.site.lifting import (
     asked_wind_m_s,
     crane_for,
+    crane_towards,
     hook_radius_m,
     hung_kg,
     permitted_for,
@@ -216,8 +218,7 @@ def share_for(site: Site, component: Component, place: YardPlace | None) -> floa
     crane = site.crane_of(component)
     if crane is None:
         return 1.0
-    picked_m = 0.0 if place is None else hook_radius_m(site, crane, component, place.transit_start_vox)
-    return permitted_share(site, crane, component, picked_m)
+    return permitted_share(site, crane, component, None if place is None else place.transit_start_vox)
 
 
 def _by_access(site: Site, crane: TowerCrane, component: Component) -> str | None:
@@ -230,9 +231,13 @@ def _by_access(site: Site, crane: TowerCrane, component: Component) -> str | Non
 
 def carried_where(site: Site, crane: TowerCrane, component: Component) -> str:
     """Return at which radii a crane carries a part, in words."""
-    share = permitted_share(site, crane, component)
-    low_m, high_m = allowed_radii_m(crane_for(site, crane, component), component.mass_kg, share)
+    share, rigged = permitted_share(site, crane, component), crane_for(site, crane, component)
+    low_m, high_m = allowed_radii_m(rigged, component.mass_kg, share)
     radii = f"at radii from {low_m:.1f} to {high_m:.1f} m" if low_m <= high_m else "at no radius"
+    for one in sectors_of(crane):
+        there = NO_LOAD if one.chart is None else one.chart
+        _, far_m = allowed_radii_m(replace(rigged, chart=there), component.mass_kg, share)
+        radii += f", {one.name} " + (f"to {far_m:.1f} m" if low_m <= far_m else "at no radius")
     return f"{crane.name} carries {mass_text(hung_kg(crane, component))} with rigging and hook block {radii}"
 
 
@@ -260,6 +265,7 @@ def _by_radius(site: Site, crane: TowerCrane, component: Component) -> str | Non
             f"{crane.min_radius_m:.1f} to {crane.jib_length_m:.1f} m"
         )
     most_used = permitted_share(site, crane, component)
+    crane = crane_towards(site, crane, component, component.target_vox)
     _, furthest = allowed_radii_m(crane_for(site, crane, component), component.mass_kg, most_used)
     if radius <= furthest + _SLACK_M:
         return None
@@ -284,5 +290,6 @@ def could_lift(site: Site, part: Component, place: YardPlace, number: int) -> bo
     if crane.sling_m != site.cranes[part.crane].sling_m or refused_by_crane(site, given) is not None:
         return False
     share = permitted_share(site, crane, given)
-    low_m, high_m = allowed_radii_m(crane_for(site, crane, part), part.mass_kg, share)
+    picked = crane_towards(site, crane, part, place.transit_start_vox)
+    low_m, high_m = allowed_radii_m(crane_for(site, picked, part), part.mass_kg, share)
     return low_m <= hook_radius_m(site, crane, part, place.transit_start_vox) <= high_m

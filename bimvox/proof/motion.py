@@ -319,9 +319,10 @@ class _Verifier(LiftProofs[_Driven]):
         mass_kg = component.mass_kg + rigging_kg(crane, component) - crane.rigging_mass_kg
         check_limits(self.checks["axis_limits"], name, crane, motion, mass_kg)
         check_range(self.checks["axis_range"], name, crane, motion.samples()[1], self.site.frame)
-        ends_m = np.array([motion.raising.radius_m[0], motion.loaded.radius_m[0], motion.loaded.radius_m[-1]])
+        ends = ((motion.raising, 0), (motion.loaded, 0), (motion.loaded, -1))
+        ends_rad, ends_m = (np.array([getattr(one, key)[n] for one, n in ends]) for key in ("slew_rad", "radius_m"))
         hung = mass_kg + crane.rigging_mass_kg + crane.hook_block_kg
-        most_used = most_permitted(self.site, shares_of_capacity(crane, ends_m, hung).tolist())
+        most_used = most_permitted(self.site, shares_of_capacity(crane, ends_rad, ends_m, hung).tolist())
         masses = {id(motion.approach): 0.0, id(motion.departure): 0.0}
         for what, part in (
             ("approach", motion.approach),

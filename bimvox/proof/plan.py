@@ -457,7 +457,8 @@ class _Verifier(LiftProofs[int]):
         hook = path + np.array(component.hook_offset_vox, np.int32)
         line_vox = path[:, :2] + np.array(component.hook_line_vox[:2]) + 0.5
         hook_m = np.array(site.frame.origin_m)[:2] + site.frame.voxel_size_m * line_vox
-        radius_m = np.hypot(*(hook_m - np.array(crane.base_m[:2])).T)
+        from_axis_m = hook_m - np.array(crane.base_m[:2])
+        radius_m, slew_rad = np.hypot(*from_axis_m.T), np.arctan2(from_axis_m[:, 1], from_axis_m[:, 0])
         reach = self.checks["reach"]
         low_m, high_m = crane.min_radius_m - 1e-6, crane.jib_length_m + 1e-6
         good = (radius_m >= low_m) & (radius_m <= high_m)
@@ -473,15 +474,15 @@ class _Verifier(LiftProofs[int]):
         if "wind" in self.checks:
             check_wind(self.checks["wind"], site, crane, component)
         load_kg = component.mass_kg + crane.hook_block_kg + rigging_kg(crane, component)
-        share, *ends = shares_of_capacity(
-            crane, np.array([radius_m.max(), radius_m[0], radius_m[-1]]), load_kg
-        ).tolist()
+        used = shares_of_capacity(crane, slew_rad, radius_m, load_kg)
+        share = float(used.max())
+        furthest_m = float(radius_m[used == share].max())
         reach.measure(share)
-        most_used = most_permitted(site, ends)
+        most_used = most_permitted(site, [float(used[0]), float(used[-1])])
         limit = "" if most_used == 1.0 else f"; {most_used:g} of it is permitted"
         reach.look(
             share <= most_used + _SHARE,
-            f"{component.id}: {mass_text(load_kg)} at {radius_m.max():.1f} m, "
+            f"{component.id}: {mass_text(load_kg)} at {furthest_m:.1f} m, "
             f"where the crane carries {mass_text(load_kg / share)}{limit}",
         )
         if site.rules.rope:

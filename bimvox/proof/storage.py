@@ -104,8 +104,11 @@ def check_unloading(check: Check, site: Site, lift: Lift) -> None:
     open_to_hook = site.access if site.prohibited is None else site.access & ~site.prohibited
     at_m = np.array(site.frame.origin_m[:2]) + (np.argwhere(open_to_hook) + 0.5) * site.frame.voxel_size_m
     at_m += np.array(component.hook_aside_vox) * site.frame.voxel_size_m
-    radius_m = np.hypot(*(at_m - np.array(crane.base_m[:2])).T)
-    used = shares_of_capacity(crane, radius_m, component.mass_kg + crane.rigging_mass_kg + crane.hook_block_kg)
+    from_axis_m = at_m - np.array(crane.base_m[:2])
+    radius_m, slew_rad = np.hypot(*from_axis_m.T), np.arctan2(from_axis_m[:, 1], from_axis_m[:, 0])
+    used = shares_of_capacity(
+        crane, slew_rad, radius_m, component.mass_kg + crane.rigging_mass_kg + crane.hook_block_kg
+    )
     in_reach = (radius_m >= crane.min_radius_m - _EPS) & (radius_m <= crane.jib_length_m + _EPS)
     check.look(
         bool((in_reach & (used <= most_permitted(site, [1.0]) + _EPS)).any()),

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bimvox.crane.carrier import Carrier
 from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.errors import shown
 from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status
@@ -379,9 +380,9 @@ def _check_crane(check: Check, crane: TowerCrane) -> None:
     for one in fields(crane.working_range):
         if (limits := getattr(crane.working_range, one.name)) is not None:
             _finite(check, f"{where}: working_range.{one.name}", limits, most=1e3)
-    for radius_m, capacity_kg in zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True):
-        _within(check, f"{where}: chart, radius", radius_m, _Range(0.0, 1e3, with_low=False))
-        _within(check, f"{where}: chart, capacity in kg", capacity_kg, _Range(0.0, _HEAVY_KG, with_low=False))
+    _check_chart(check, where, zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True))
+    if crane.carrier is not None:
+        _check_carrier(check, where, crane.carrier)
     for mass_kg, rate_m_s in crane.gears:
         _within(check, f"{where}: gears, mass in kg", mass_kg, _Range(0.0, _HEAVY_KG, with_low=False))
         _within(check, f"{where}: gears, rate in m/s", rate_m_s, _Range(0.0, _FAST[0], with_low=False))
@@ -389,6 +390,32 @@ def _check_crane(check: Check, crane: TowerCrane) -> None:
         _within(check, f"{where}: slow zone, share", zone.share, _Range(0.0, 1.0, with_low=False))
         _finite(check, f"{where}: slow zone, polygon", zone.polygon, most=_FAR_M)
         check.look(len(zone.polygon) > 2, f"{where}: slow zone, polygon: it has fewer than three corners")
+
+
+def _check_chart(check: Check, where: str, listed: Iterable[tuple[float, float]]) -> None:
+    for radius_m, capacity_kg in listed:
+        _within(check, f"{where}: chart, radius", radius_m, _Range(0.0, 1e3, with_low=False))
+        _within(check, f"{where}: chart, capacity in kg", capacity_kg, _Range(0.0, _HEAVY_KG, with_low=False))
+
+
+def _check_carrier(check: Check, where: str, carrier: Carrier) -> None:
+    """Check that heading, counterweight, outriggers, masses and sectors have values that a mobile crane may have."""
+    _finite(check, f"{where}: heading_rad", (carrier.heading_rad,), most=1e3)
+    _within(check, f"{where}: counterweight_kg", carrier.counterweight_kg or 0.0, _Range(0.0, _HEAVY_KG))
+    for name, kg in carrier.deductions:
+        _within(check, f"{where}: deduction {name!r}", kg, _Range(0.0, _HEAVY_KG, with_low=False))
+    if (base := carrier.outriggers) is not None:
+        for edge in fields(base)[1:]:
+            _within(check, f"{where}: outriggers.{edge.name}", getattr(base, edge.name), _Range(0.0, 100.0))
+    if carrier.masses is not None:
+        for one in fields(carrier.masses):
+            value, most = getattr(carrier.masses, one.name), _HEAVY_KG if one.name.endswith("_kg") else 100.0
+            _finite(check, f"{where}: masses.{one.name}", (value,), most=most)
+    for sector in carrier.sectors:
+        _finite(check, f"{where}: sector {sector.name!r}", (sector.from_rad, sector.to_rad), most=15.0)
+        if sector.chart is not None:
+            listed = zip(sector.chart.radius_m, sector.chart.capacity_kg, strict=True)
+            _check_chart(check, f"{where}: sector {sector.name!r}", listed)
 
 
 def _check_component(check: Check, component: Component, name: str, most_kg: float) -> None:

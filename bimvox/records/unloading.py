@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from bimvox.bim.own_box import boxes_m
 from bimvox.crane.kinematics import pose_of
-from bimvox.crane.load_chart import utilisation
+from bimvox.crane.sectors import utilisations
 from bimvox.crane.tower_crane import CranePose, TowerCrane
 from bimvox.crane.travel import point_to_point_s
 from bimvox.kept import kept
@@ -180,7 +180,7 @@ def _unloading_lift(site: Site, order: int, part: Component, place: YardPlace, o
     way_s = point_to_point_s(crane, on_truck, stored, over_m)
     times = crew_times(site.rules, part)
     duration_s = times.hook_on_s + TRIAL_LIFT_S + way_s + times.hook_off_s + way_s
-    share = float(utilisation(crane.chart, on_truck.radius_m, hung_kg(crane, part)))
+    share = float(utilisations(crane, on_truck.slew_rad, on_truck.radius_m, hung_kg(crane, part)))
     return UnloadingLift(order, on_truck.radius_m, share, duration_s)
 
 

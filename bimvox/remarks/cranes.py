@@ -17,8 +17,8 @@ from bimvox.crane.machine import Machine, differences, does_more, is_same, same_
 from bimvox.crane.outline import mast_box_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
+from bimvox.motion.figures import capacity_used
 from bimvox.motion.swept import cells_of_axes, load_frame
-from bimvox.proof.crane.axes import shares_of_capacity
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.proof import Remark
 from bimvox.remarks import table
@@ -28,7 +28,7 @@ from bimvox.site.catalogue import FICTITIOUS, catalogue, machine_called
 from bimvox.site.component import Component
 from bimvox.site.crane_distances import EDGE_M, STANDING_M, TRAPPED_M, base_of, of_crane, to_areas
 from bimvox.site.crane_room import HEADROOM_M, PLACE_M, REACH_M, WAY_M, Room, place_beside, way_in
-from bimvox.site.lifting import crane_for, hung_kg, place_radius_m
+from bimvox.site.lifting import crane_for, crane_towards, hung_kg, place_radius_m
 from bimvox.site.site import Site
 
 SCALED = " scaled "
@@ -242,7 +242,8 @@ def high_utilisation(subject: Subject) -> Iterator[Remark]:
     gives_way = "highest_utilisation" in site.rules.gives_way
     for component, crane, share in _used(subject):
         if share > (site.rules.highest_utilisation if gives_way else HIGH_SHARE) + 1e-6:
-            at_place = hung_kg(crane, component) / capacity_kg(crane.chart, place_radius_m(site, crane, component))
+            set_by = crane_towards(site, crane, component, component.target_vox)
+            at_place = hung_kg(crane, component) / capacity_kg(set_by.chart, place_radius_m(site, crane, component))
             where = "at its place" if at_place > share - 1e-3 else "where it is picked"
             if gives_way:
                 where += f", where it cannot use {100.0 * site.rules.highest_utilisation:g} %"
@@ -281,11 +282,8 @@ def _used(subject: Subject) -> Iterator[tuple[Component, TowerCrane, float]]:
         own = [motion for motion in subject.motions if motion.crane == number]
         if not own:
             continue
-        furthest = np.array([max(m.raising.radius_m.max(), m.loaded.radius_m.max()) for m in own])
-        mass_kg = np.array([hung_kg(crane, site.components[motion.component]) for motion in own])
-        used = shares_of_capacity(crane, furthest, 1.0) * mass_kg
-        for motion, share in zip(own, used.tolist(), strict=True):
-            yield site.components[motion.component], crane, share
+        for motion in own:
+            yield site.components[motion.component], crane, capacity_used(site, motion)
 
 
 def _since(subject: Subject) -> NDArray[np.int32]:

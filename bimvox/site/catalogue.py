@@ -10,7 +10,7 @@ from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.machine import Machine
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
-from bimvox.site.config.crane import MACHINE_FILES
+from bimvox.site.config.machine_file import MACHINE_FILES
 
 
 @cache

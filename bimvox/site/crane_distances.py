@@ -87,6 +87,8 @@ def base_of(crane: TowerCrane) -> Base:
         return Base(crane.mast_size_m, stated=True)
     if crane.foundation_m2 is not None:
         return Base(sqrt(crane.foundation_m2), stated=True)
+    if crane.stand is not None and crane.stand.edge_m is not None:
+        return Base(crane.stand.edge_m, stated=True)
     return Base(FOUNDATION_MASTS * crane.mast_size_m, stated=False)
 
 

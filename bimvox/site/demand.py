@@ -13,6 +13,7 @@ from bimvox.bim.building import Element
 from bimvox.crane.load_chart import LoadChart, capacity_kg
 from bimvox.crane.machine import carries_most
 from bimvox.crane.reach import allowed_radii_m, distances_m, highest_hooks_m
+from bimvox.crane.sectors import with_charts
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.catalogue import catalogue
 from bimvox.site.config.gear_file import gear_by_crane, gear_of_site
@@ -159,7 +160,7 @@ def with_share(crane: TowerCrane, share: float) -> TowerCrane:
     """Return a crane whose load chart is a share of its own."""
     if share == 1.0:
         return crane
-    return replace(crane, chart=LoadChart(crane.chart.radius_m, tuple(share * kg for kg in crane.chart.capacity_kg)))
+    return with_charts(crane, lambda own: LoadChart(own.radius_m, tuple(share * kg for kg in own.capacity_kg)))
 
 
 def hook_above_m(element: Element) -> tuple[float, float, float]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import ceil, hypot, inf, tan
+from math import atan2, ceil, hypot, inf, tan
 
 import numpy as np
 import shapely
@@ -20,6 +20,7 @@ from bimvox.crane.choose_rig import NoGearError, choose_rig
 from bimvox.crane.gear import Gear, GearKind
 from bimvox.crane.kinematics import rigged
 from bimvox.crane.load_chart import capacity_kg, permitted_wind_m_s
+from bimvox.crane.sectors import towards
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.kept import kept
@@ -262,9 +263,20 @@ def place_radius_m(site: Site, crane: TowerCrane, component: Component) -> float
 
 def hook_radius_m(site: Site, crane: TowerCrane, component: Component, cell_vox: IntVec) -> float:
     """Return the radius of the hook when a part, in its final orientation, is at a cell."""
+    return hypot(*_from_axis_m(site, crane, component, cell_vox))
+
+
+def _from_axis_m(site: Site, crane: TowerCrane, component: Component, cell_vox: IntVec) -> tuple[float, float]:
+    """Return where the hook is on plan, from the slewing axis, when a part is at a cell."""
     x, y = (cell_vox[axis] + component.hook_line_vox[axis] + 0.5 for axis in (0, 1))
     at = site.frame.corner_of([x, y, 0])
-    return hypot(float(at[0]) - crane.base_m[0], float(at[1]) - crane.base_m[1])
+    return float(at[0]) - crane.base_m[0], float(at[1]) - crane.base_m[1]
+
+
+def crane_towards(site: Site, crane: TowerCrane, component: Component, cell_vox: IntVec) -> TowerCrane:
+    """Return a crane with the chart that holds where a part, in its final orientation, is at a cell."""
+    dx, dy = _from_axis_m(site, crane, component, cell_vox)
+    return towards(crane, atan2(dy, dx))
 
 
 _SHARE_SLACK = 1e-9
@@ -275,16 +287,20 @@ def shares_to_try(rules: Rules) -> tuple[float | None, ...]:
     return (None, 1.0) if "highest_utilisation" in rules.gives_way else (None,)
 
 
-def permitted_share(site: Site, crane: TowerCrane, component: Component, picked_m: float = 0.0) -> float:
+def permitted_share(site: Site, crane: TowerCrane, component: Component, picked_vox: IntVec | None = None) -> float:
     """Return the share of the load chart that a crane may use for a part.
 
-    It is that of the rules. Where that is a default, it is no less than what the part needs at its place, and at the
-    radius at which it is picked.
+    It is that of the rules. Where that is a default, it is no less than what the part needs at its place, and where it
+    is picked (``picked_vox``, its cell there).
     """
     most = site.rules.highest_utilisation
     if "highest_utilisation" not in site.rules.gives_way:
         return most
-    carries_kg = capacity_kg(crane.chart, max(picked_m, place_radius_m(site, crane, component)))
+    carries_kg = min(
+        capacity_kg(crane_towards(site, crane, component, cell).chart, hook_radius_m(site, crane, component, cell))
+        for cell in (component.target_vox, picked_vox)
+        if cell is not None
+    )
     needed = hung_kg(crane, component) / carries_kg if carries_kg > 0.0 else 1.0
     return max(most, min(1.0, needed + _SHARE_SLACK))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, asdict, fields, replace
+from math import degrees, radians
 from typing import Any, Literal
 
 from bimvox.crane.kinematics import with_luffing_jib, with_reeving
@@ -13,7 +14,6 @@ from bimvox.crane.tower_crane import UNLIMITED, LuffingJib, Override, Reeving, S
 from bimvox.errors import ConfigError, InputError, enumerated
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
 from bimvox.site.config.crane import (
-    MACHINE_FILES,
     CraneConfig,
     LuffAxisConfig,
     LuffingConfig,
@@ -24,6 +24,7 @@ from bimvox.site.config.crane import (
     chart_of,
     reeving_of,
 )
+from bimvox.site.config.machine_file import MACHINE_FILES
 from bimvox.site.config.project import support_of
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.config.validation import in_radians
@@ -212,7 +213,12 @@ def _configured(config: SiteConfig, given: CraneConfig, machine: Machine) -> Tow
     if machine.kind != "hammerhead" and given.jib is not None:
         length = given.jib.length_m
     usual = machine.with_jib(max(machine.lengths_m))
-    cranes = usual if length is None else machine.with_jib(length) or usual
+    cranes: Sequence[TowerCrane] = usual if length is None else machine.with_jib(length) or usual
+    longer = [own for own in machine.lengths_m if length is not None and own > length]
+    if machine.kind == "mobile" and length is not None and cranes is usual and longer:
+        # A boom between two listed lengths carries what the next longer one does.
+        cranes = tuple(_as_long_as(crane, length) for crane in machine.with_jib(min(longer)))
+    cranes = _set_up(config, given, machine, cranes)
     if given.falls is None:
         return carries_most(cranes)
     for crane in cranes:
@@ -228,6 +234,59 @@ def _configured(config: SiteConfig, given: CraneConfig, machine: Machine) -> Tow
         available=[str(count) for count in falls],
         hint=f"it has {' and '.join(map(str, falls))}; another reeving needs its own chart in [crane.override]",
     )
+
+
+def _as_long_as(crane: TowerCrane, length_m: float) -> TowerCrane:
+    assert crane.luffing is not None
+    return with_luffing_jib(crane, replace(crane.luffing, length_m=length_m))
+
+
+def _set_up(
+    config: SiteConfig, given: CraneConfig, machine: Machine, cranes: Sequence[TowerCrane]
+) -> Sequence[TowerCrane]:
+    """Return the cranes with the counterweight and the outriggers that a table asks for, on their heading."""
+    carriers = [crane.carrier for crane in cranes if crane.carrier is not None]
+    for key in ("heading_deg", "counterweight_kg", "outriggers"):
+        if getattr(given, key) is not None and not carriers:
+            raise config.error(
+                f"crane.{key}",
+                f"is given, but {machine.name} describes neither outriggers nor counterweights",
+                hint='leave it out, or describe them in the file of a mobile crane: machine = "my-crane.toml"',
+            )
+    if not carriers:
+        return cranes
+    weights = sorted({one.counterweight_kg for one in carriers if one.counterweight_kg is not None})
+    weight_kg = given.counterweight_kg if given.counterweight_kg is not None else max(weights, default=None)
+    if given.counterweight_kg is not None and weight_kg not in weights:
+        raise config.error(
+            "crane.counterweight_kg",
+            f"{machine.name} has no chart for {weight_kg:g} kg",
+            available=[f"{one:g}" for one in weights],
+            hint="give one that it has a chart for",
+        )
+    fitted = [crane for crane in cranes if crane.carrier is not None and crane.carrier.counterweight_kg == weight_kg]
+    bases = {crane.carrier.outriggers for crane in fitted if crane.carrier is not None} - {None}
+    widest = max(bases, key=lambda base: (base.area_m2, base.name), default=None)  # type: ignore[union-attr]
+    name = given.outriggers or (None if widest is None else widest.name)
+    if name not in {None if base is None else base.name for base in bases or {None}}:
+        raise config.error(
+            "crane.outriggers",
+            f"{machine.name} has no chart for {name!r}" + ("" if weight_kg is None else f" with {weight_kg:g} kg"),
+            available=sorted(base.name for base in bases if base is not None),
+            hint="give one that it has a chart for",
+        )
+    if given.heading_deg is None and any(crane.carrier.sectors for crane in fitted if crane.carrier is not None):
+        raise config.error(
+            "crane.heading_deg",
+            f"is missing: {machine.name} carries more in some sectors than in others",
+            hint="say where the carrier's front points, in degrees from the x axis, counter-clockwise",
+        )
+    heading_rad = radians(given.heading_deg or 0.0)
+    return [
+        replace(crane, carrier=replace(crane.carrier, heading_rad=heading_rad))
+        for crane in fitted
+        if crane.carrier is not None and (crane.carrier.outriggers is None or crane.carrier.outriggers.name == name)
+    ]
 
 
 def _contradicted(config: SiteConfig, machine: Machine, entry: TowerCrane, found: Sequence[Override]) -> ConfigError:
@@ -259,6 +318,9 @@ def _changed(config: SiteConfig, crane: TowerCrane, table: OverrideConfig, *, fa
     elif table.chart is not None:
         values = {"chart": chart_of(table.chart)}
         values |= {} if falls is None else {"falls": falls}
+    if crane.carrier is not None and (table.chart is not None or table.reeving is not None):
+        # A chart of the site's own holds in every direction, as it is.
+        values["carrier"] = replace(crane.carrier, sectors=(), rating="", deductions=())
     values |= table.model_dump(include=_MACHINE_KEYS, exclude_none=True)
     if crane.luffing is None:
         crane = replace(crane, **values, **_axes_of(table))
@@ -361,6 +423,10 @@ def machine_config(crane: TowerCrane) -> CraneConfig:
     table = CraneConfig(kind=_kind(crane), machine=crane.name, base_m=base_m, falls=crane.falls)
     if (jib := crane.luffing) is None:
         return table.model_copy(update={"jib_height_m": crane.jib_height_m, "jib_length_m": crane.jib_length_m})
+    if (carrier := crane.carrier) is not None:
+        base = None if carrier.outriggers is None else carrier.outriggers.name
+        own_keys = {"counterweight_kg": carrier.counterweight_kg, "outriggers": base}
+        table = table.model_copy(update=own_keys | {"heading_deg": round(degrees(carrier.heading_rad), 9)})
     own = LuffingConfig(length_m=jib.length_m)
     if crane.kind == "luffing":
         own = LuffingConfig(length_m=jib.length_m, pivot_height_m=jib.pivot_height_m, tail_low_m=jib.tail_low_m)

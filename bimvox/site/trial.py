@@ -19,6 +19,7 @@ from bimvox.bim.building import Element
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.outline import mast_box_m
 from bimvox.crane.reach import distances_m, highest_hooks_m, radii_for_m
+from bimvox.crane.sectors import capacities_kg, charts_of, towards
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import ConfigError
 from bimvox.site.areas import NO_HOOK, NO_LOAD, PLAN, hull, shadow
@@ -132,7 +133,10 @@ class Trial:
         if used.luffing is not None:
             in_yard_m = in_yard_m[highest_hooks_m(used.luffing, in_yard_m) >= high_m]
         low_m, far_m = radii_for_m(used, masses_kg).T
-        able = (radius_m >= low_m) & (radius_m <= far_m)
+        hung_kg = masses_kg + used.tackle_kg
+        slew_rad = np.arctan2(*(demand.places_m - base[0]).T[::-1])
+        able = (radius_m >= low_m) & (radius_m <= used.jib_length_m)
+        able &= hung_kg <= capacities_kg(used, slew_rad, radius_m)
         if used.luffing is not None:
             able &= highest_hooks_m(used.luffing, radius_m) >= high_m
         at = np.minimum(np.searchsorted(in_yard_m, low_m), len(in_yard_m) - 1)
@@ -141,9 +145,14 @@ class Trial:
         if not len(points_m):
             picked, picked_m = np.ones(len(masses_kg), np.bool_), np.zeros(len(masses_kg))
         closed = closed_over(config.zone, demand.places_m)
-        worst_m = np.where(np.isfinite(picked_m), np.maximum(radius_m, picked_m), radius_m)
-        hung_kg = masses_kg + used.tackle_kg
-        share = hung_kg / np.maximum(capacity_kg(crane.chart, np.minimum(worst_m, crane.chart.radius_m[-1])), 1e-9)
+        # Where a part is picked is not known yet, so the chart counts that holds in every direction.
+        picked_m = np.where(np.isfinite(picked_m), picked_m, 0.0)
+        end_m = max(chart.radius_m[-1] for chart in charts_of(crane))
+        at_place, picking = (
+            capacities_kg(crane, slew_rad, np.minimum(radius_m, end_m)),
+            capacity_kg(crane.chart, np.minimum(picked_m, crane.chart.radius_m[-1])),
+        )
+        share = hung_kg / np.maximum(np.minimum(at_place, picking), 1e-9)
         serves = able & picked & (closed == "")
         serves[list(demand.without_gear)] = False
         reasons = {}
@@ -153,11 +162,12 @@ class Trial:
             elif closed[n]:
                 reasons[n] = f"may not hang over {closed[n]}, where its place is"
             elif not able[n]:
-                reasons[n] = demand.unserved(n, used, float(radius_m[n]), "").reason
+                facing = towards(used, float(slew_rad[n]))
+                reasons[n] = demand.unserved(n, facing, float(radius_m[n]), "").reason
             else:
                 nearest_m = float(in_yard_m[at[n]]) if len(in_yard_m) else float(distances_m(base, points_m).min())
                 reasons[n] = demand.unserved(n, used, nearest_m, " in the yard").reason
-        return _Way(radius_m, np.where(radius_m <= crane.chart.radius_m[-1], share, np.inf), serves, reasons)
+        return _Way(radius_m, np.where(radius_m <= end_m, share, np.inf), serves, reasons)
 
     def _problems(self, config: SiteConfig, cranes: Sequence[TowerCrane]) -> list[str]:
         """Return what is wrong with the places of masts and areas."""

@@ -13,7 +13,7 @@ from bimvox.log import schema as topics
 _DRAFT = "https://json-schema.org/draft/2020-12/schema"
 _SCHEMAS = {
     "site": "bimvox.site.config.site_config:SiteConfig.file_schema",
-    "crane": "bimvox.site.config.crane:MachineConfig.file_schema",
+    "crane": "bimvox.site.config.machine_file:MachineConfig.file_schema",
     "gear": "bimvox.site.config.gear_file:GearConfig.file_schema",
     "obstructions": "bimvox.site.obstructions.file:obstructions_json_schema",
     "sweep": "bimvox_pipeline.fleet.runs:sweep_json_schema",

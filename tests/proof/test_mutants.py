@@ -22,8 +22,10 @@ from guided_sites import slab_between_beams
 from planned_sites import rectangle
 from turning_sites import BESIDE_THE_PORTAL, turning_site
 
+from bimvox.crane.carrier import Carrier, SectorChart
 from bimvox.crane.load_chart import LoadChart
-from bimvox.crane.tower_crane import AxisLimits
+from bimvox.crane.sectors import charts_of
+from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import NoPlanError
 from bimvox.library.prove import plan_and_prove
@@ -139,9 +141,25 @@ def one_between_two_radii() -> Site:
     return replace(site, cranes=(replace(site.cranes[0], chart=chart),))
 
 
-def along_the_chord(chart: LoadChart, mass_kg: float) -> float:
-    """Return the largest radius for a mass by the straight line between listed radii."""
-    return float(np.interp(-mass_kg, -np.array(chart.capacity_kg), chart.radius_m))
+def as_over_the_front(crane: TowerCrane) -> TowerCrane:
+    """Return a crane that carries in every direction what it carries over its front."""
+    return crane if crane.carrier is None else replace(crane, chart=charts_of(crane)[-1], carrier=None)
+
+
+@cache
+def over_the_side() -> Site:
+    """Return two blocks, one heavier than the crane carries over its side, where it is set."""
+    side, rear = LoadChart((5.0, 40.0), (20_000.0, 20_000.0)), LoadChart((5.0, 40.0), (30_000.0, 30_000.0))
+    site, placed = one_too_heavy(), -np.pi + np.arctan2(-7.5, 8.5)
+    carrier = Carrier(placed, None, None, (SectorChart("over front", 1.0, 5.0, rear),))
+    return replace(site, cranes=(replace(site.cranes[0], chart=side, carrier=carrier),))
+
+
+def along_the_chord(crane: TowerCrane) -> TowerCrane:
+    """Return a crane whose chart lists every decimetre of the straight lines between the radii of its own."""
+    own = crane.chart
+    radii = np.arange(10.0 * own.radius_m[0], 10.0 * own.radius_m[-1] + 1.0) / 10.0
+    return replace(crane, chart=LoadChart(tuple(radii), tuple(np.interp(radii, own.radius_m, own.capacity_kg))))
 
 
 @cache
@@ -399,7 +417,21 @@ MUTANTS: dict[str, Mutant] = {
         },
     ),
     "chart interpolated": Mutant(
-        one_between_two_radii, "reach", {"bimvox.crane.reach.max_radius_m": lambda true: along_the_chord}
+        one_between_two_radii,
+        "reach",
+        {
+            "bimvox.site.collision.floor_of_hook": given(crane=along_the_chord),
+            "bimvox.planning.stage.allowed_radii_m": given(crane=along_the_chord),
+        },
+    ),
+    "sector forgotten": Mutant(
+        over_the_side,
+        "reach",
+        {
+            "bimvox.site.collision.floor_of_hook": given(crane=as_over_the_front),
+            "bimvox.planning.stage.crane_towards": lambda true: lambda site, crane, *where: as_over_the_front(crane),
+            "bimvox.planning.stage.allowed_radii_m": given(crane=as_over_the_front),
+        },
     ),
     "jib 3 m too long": Mutant(
         one_out_of_reach,

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from named_cranes import BUILT_IN
 
+from bimvox.crane.ground import pad_loads_n
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.machine import Machine
 from bimvox.errors import InputError
@@ -56,6 +57,15 @@ def test_every_figure_has_a_source_that_the_file_explains(text):
             assert explained.issuperset(sources), line
     assert "not a maker's" in head
     assert "maker" not in text[len(head) :]
+
+
+@pytest.mark.parametrize("machine", machines_of("mobile"), ids=named)
+def test_a_mobile_crane_stands_with_a_quarter_more_than_its_chart_in_every_direction(machine: Machine):
+    crane = machine.usual
+    assert crane.carrier.sectors == ()
+    for radius_m, mass_kg in zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True):
+        loads = pad_loads_n(crane.carrier, crane.luffing, np.radians(range(0, 360, 5)), radius_m, 1.25 * mass_kg)
+        assert np.isfinite(loads).all()
 
 
 @pytest.mark.parametrize("machine", [m for m in catalogue() if m.name.startswith("flat-top")], ids=named)

@@ -4,7 +4,7 @@ from math import cos, radians, sin
 import pytest
 from box_sites import test_crane as some_crane
 from named_cranes import HAMMERHEADS, LUFFING_CRANES, MOBILE_CRANES, default_crane, default_luffing_crane
-from own_machine import machine_text
+from own_machine import SHEET, machine_text
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import ConfigError
@@ -152,6 +152,53 @@ def test_ones_own_machine_is_a_file_next_to_the_site_file():
     with pytest.raises(ConfigError, match="is known already") as caught:
         crane_of(parse_site_config(text, "s.toml", {"lx.toml": machine_text("flat-top-75", "hammerhead-45")}))
     assert (caught.value.path.name, caught.value.key) == ("lx.toml", "name")
+
+
+def mobile(more: str = "heading_deg = 90\n") -> TowerCrane:
+    text = f'[model]\npath = "a.ifc"\n[crane]\nmachine = "mx.toml"\nbase_m = [1, 2]\n{more}'
+    return crane_of(parse_site_config(text, "s.toml", {"mx.toml": SHEET.encode()}))
+
+
+def test_a_mobile_crane_has_the_counterweight_the_outriggers_and_the_heading_of_the_site():
+    crane = mobile()
+    assert (crane.luffing.length_m, crane.falls, crane.carrier.counterweight_kg) == (36.0, 8, 12_000.0)
+    assert (crane.carrier.outriggers.name, crane.carrier.heading_rad) == ("full", pytest.approx(radians(90)))
+    less = mobile("heading_deg = 0\ncounterweight_kg = 4000\njib = { length_m = 18 }\n")
+    assert (less.carrier.outriggers.name, less.chart.capacity_kg[0]) == ("half", 15_000)
+
+
+def test_a_boom_between_two_listed_lengths_carries_what_the_next_longer_one_does():
+    crane, longer = (mobile(f"heading_deg = 0\njib = {{ length_m = {length} }}\n") for length in (24, 30))
+    assert crane.luffing.length_m == 24.0
+    assert (crane.chart, crane.carrier.sectors) == (longer.chart, longer.carrier.sectors)
+    with pytest.raises(ConfigError, match="jib 40 m instead of 36 m"):
+        mobile("heading_deg = 0\njib = { length_m = 40 }\n")
+
+
+@pytest.mark.parametrize(
+    ("more", "key", "said"),
+    [
+        ("jib = { length_m = 30 }\n", "heading_deg", "is missing: MX 60 carries more in some sectors"),
+        ("counterweight_kg = 9000\n", "counterweight_kg", "no chart for 9000 kg"),
+        ('heading_deg = 0\noutriggers = "half"\n', "outriggers", "no chart for 'half' with 12000 kg"),
+    ],
+)
+def test_a_set_up_that_the_machine_has_no_chart_for_is_refused(more, key, said):
+    with pytest.raises(ConfigError, match=said) as caught:
+        mobile(more)
+    assert caught.value.key == f"crane.{key}"
+
+
+def test_only_a_machine_that_describes_them_has_heading_counterweight_and_outriggers():
+    with pytest.raises(ConfigError, match="describes neither") as caught:
+        crane_of(site(machine="luffing-40", base_m=(0.0, 0.0), heading_deg=10.0))
+    assert caught.value.key == "crane.heading_deg"
+
+
+def test_a_chart_of_the_sites_own_holds_in_every_direction():
+    crane = mobile("heading_deg = 0\njib = { length_m = 30 }\n[crane.override]\nchart = [[6, 9000], [20, 1000]]\n")
+    assert (crane.carrier.sectors, crane.carrier.rating) == ((), "")
+    assert crane.chart.capacity_kg == (9000.0, 1000.0)
 
 
 def test_a_reeving_that_a_built_in_machine_lacks_is_refused():

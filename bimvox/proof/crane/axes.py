@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -262,7 +262,7 @@ def check_capacity(
         most_used: Highest permitted share of the capacity of the load chart.
     """
     hung_kg = mass_kg + crane.rigging_mass_kg + crane.hook_block_kg
-    used = shares_of_capacity(crane, trajectory.radius_m, hung_kg)
+    used = shares_of_capacity(crane, trajectory.slew_rad, trajectory.radius_m, hung_kg)
     worst = int(np.argmax(used))
     check.measure(float(used[worst]))
     check.look(
@@ -282,17 +282,41 @@ def most_permitted(site: Site, ends: Iterable[float]) -> float:
     return min(1.0, max([most, *ends])) if "highest_utilisation" in site.rules.gives_way else most
 
 
-def shares_of_capacity(crane: TowerCrane, radius_m: NDArray[np.float64], hung_kg: float) -> NDArray[np.float64]:
-    """Return (N,) the utilisation of the capacity by a mass at each radius; infinite beyond the chart.
+def shares_of_capacity(
+    crane: TowerCrane, slew_rad: NDArray[np.float64], radius_m: NDArray[np.float64], hung_kg: float
+) -> NDArray[np.float64]:
+    """Return (N,) the utilisation of the capacity by a mass at slewing angles and radii; infinite beyond the chart.
 
-    The chart holds as it is listed: a load at a radius is one at the next listed radius, or at a smaller one.
+    Within a sector of a mobile crane, its chart holds, elsewhere that of the crane.
     """
+    used = _shares_of_chart(crane.chart.radius_m, crane.chart.capacity_kg, radius_m, hung_kg)
+    if crane.carrier is None:
+        return used
+    for sector in crane.carrier.sectors:
+        # Inside: to the left of the first line and to the right of the last, measured from the first one.
+        turned = np.remainder(slew_rad - crane.carrier.heading_rad - sector.from_rad, 2.0 * np.pi)
+        inside = (turned > _ON_LINE_RAD) & (turned < sector.to_rad - sector.from_rad - _ON_LINE_RAD)
+        inside |= sector.to_rad - sector.from_rad > 2.0 * np.pi - _ON_LINE_RAD
+        if sector.chart is None:
+            used[inside] = np.inf
+        else:
+            listed = (sector.chart.radius_m, sector.chart.capacity_kg)
+            used[inside] = _shares_of_chart(*listed, radius_m[inside], hung_kg)
+    return used
+
+
+def _shares_of_chart(
+    at_m: Sequence[float], capacity_kg: Sequence[float], radius_m: NDArray[np.float64], hung_kg: float
+) -> NDArray[np.float64]:
+    """Return (N,) the utilisation of a chart as it is listed: a load counts at the next listed radius."""
     used = np.full(len(radius_m), np.inf)
     # From the end of the chart inwards, each listed radius takes over what does not reach beyond it.
-    for listed_m, carries_kg in reversed(list(zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True))):
+    for listed_m, carries_kg in reversed(list(zip(at_m, capacity_kg, strict=True))):
         used[radius_m <= listed_m + _ROUNDED_M] = hung_kg / carries_kg
     return used
 
 
 _ROUNDED_M = 1e-6
 """By how much rounding may move a radius beyond a listed one."""
+_ON_LINE_RAD = 1e-9
+"""Within this of the line between two sectors, the crane's own chart holds."""

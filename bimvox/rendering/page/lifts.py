@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from bimvox.crane.kinematics import hook_of
-from bimvox.crane.load_chart import capacity_kg, utilisation
+from bimvox.crane.sectors import capacities_kg, name_towards, utilisations
 from bimvox.records.declared import LATER, Count, Maybe, Number, Record, Several
 from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.motion import LiftMotion
@@ -90,6 +90,7 @@ _GOVERNING = Record(
     ("radius_m", float, "Radius of the hook."),
     ("capacity_kg", float, "Capacity there."),
     ("load_kg", float, "Load, rigging and hook block."),
+    ("sector", str, "Sector of a mobile crane whose chart governs; empty if the chart holds all around."),
 )
 _HOOK = Record(
     "PageHook",
@@ -233,16 +234,17 @@ def _governing(site: Site, motion: LiftMotion) -> dict[str, Any] | None:
     mass_kg = hung_kg(crane, site.components[motion.component])
     held = (motion.raising, motion.loaded)
     time_ns = np.concatenate([part.time_ns for part in held])
-    radius_m = np.concatenate([part.radius_m for part in held])
-    used = utilisation(crane.chart, radius_m, mass_kg)
+    slew_rad, radius_m = (np.concatenate([getattr(part, key) for part in held]) for key in ("slew_rad", "radius_m"))
+    used = utilisations(crane, slew_rad, radius_m, mass_kg)
     worst = int(np.argmax(np.where(used == used.max(), radius_m, -np.inf)))
     return _GOVERNING.made(
         float(used[worst]) if np.isfinite(used[worst]) else None,
         (motion.start_ns + int(time_ns[worst])) / 1e9,
         motion.phase_at(motion.start_ns + int(time_ns[worst])).name.value,
         float(radius_m[worst]),
-        float(capacity_kg(crane.chart, float(radius_m[worst]))),
+        float(capacities_kg(crane, slew_rad[worst], radius_m[worst])),
         mass_kg,
+        name_towards(crane, float(slew_rad[worst])),
     )
 
 

@@ -123,7 +123,8 @@ def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> lis
         ("On the hook", f"{value(governs, 'load_kg', tonnes)} t with rigging and hook block"),
         (
             "Radius",
-            f"{value(governs, 'radius_m', 2)} m governs, capacity {value(governs, 'capacity_kg', tonnes)} t",
+            f"{value(governs, 'radius_m', 2)} m governs, capacity {value(governs, 'capacity_kg', tonnes)} t"
+            + (f" in sector {escape(governs['sector'])}" if governs["sector"] else ""),
         ),
         ("Use", used),
         ("Rigging", _gear(lifting, machine)),

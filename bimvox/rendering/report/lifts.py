@@ -95,8 +95,8 @@ def _wind(lift: dict[str, Any], _: dict[str, Any]) -> str:
 
 
 def _capacity(_: dict[str, Any], governs: dict[str, Any]) -> str:
-    radius = value(governs, "radius_m", 2)
-    return f"{radius}<br>{value(governs, 'capacity_kg', tonnes)}"
+    radius, carries = value(governs, "radius_m", 2), value(governs, "capacity_kg", tonnes)
+    return "<br>".join(filter(None, (radius, carries, escape(governs["sector"]))))
 
 
 def _use(lift: dict[str, Any], governs: dict[str, Any]) -> str:

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bimvox.crane.load_chart import capacity_kg
+from bimvox.crane.load_chart import LoadChart, capacity_kg
+from bimvox.crane.sectors import sectors_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.rendering.report.distances import base_words, distances, room_words, tail_words
 from bimvox.rendering.report.html import element, number, paragraph, picture, section, tag, terms, text, ticks, value
@@ -84,25 +86,62 @@ def _crane(
         ("Stands on", base_words(around)),
         ("Counterweight", tail_words(around)),
         ("Mobile crane", room_words(around)),
+        *_carrier_terms(machine["carrier"]),
         ("Slow zones", ", ".join(f"{share * 100:g} % of the rates" for share in machine["slow_zones"])),
     ]
-    listed = machine["chart"]
-    chart = "".join(_chart_rows(listed[at : at + _COLUMNS]) for at in range(0, len(listed), _COLUMNS))
+    chart = _chart_table(machine["chart"])
+    carrier = machine["carrier"]
+    for sector in [] if carrier is None else carrier["sectors"]:
+        chart += tag("p", escape(_sector_words(sector)), "faint")
+        chart += "" if sector["chart"] is None else _chart_table(sector["chart"])
     drawn = _load_chart(crane, lifts, record["critical_share"], rules["highest_utilisation"])
     most = rules["highest_utilisation"]
     limit = "" if most == 1.0 else f"Dotted: {100.0 * most:g} %, the permitted share. "
+    lines = "Full line: capacity." if not sectors_of(crane) else "Full lines: capacity, all around and by sector."
     note = (
-        f"Full line: capacity. Dashed: {percent(record['critical_share'], 0)} of it. {limit}A dot is a lift at its "
+        f"{lines} Dashed: {percent(record['critical_share'], 0)} of it. {limit}A dot is a lift at its "
         "governing sample, a triangle a critical one. Between two radii the smaller capacity holds."
     )
     return section(
-        title, terms(own), tag("table", tag("tbody", chart), "chartrow"), tag("div", drawn, "sheet"),
+        title, terms(own), chart, tag("div", drawn, "sheet"),
         paragraph(note, "faint"), distances(around),
     )  # fmt: skip
 
 
 _COLUMNS = 14
 """Radii of a chart side by side on a page."""
+
+
+def _chart_table(listed: Sequence[tuple[float, float]]) -> str:
+    rows = "".join(_chart_rows(listed[at : at + _COLUMNS]) for at in range(0, len(listed), _COLUMNS))
+    return tag("table", tag("tbody", rows), "chartrow")
+
+
+def _sector_words(sector: dict[str, Any]) -> str:
+    """Return the name of a sector with its angles from the carrier's front."""
+    first, last = (math.degrees(sector[key]) for key in ("from_rad", "to_rad"))
+    held = "" if sector["chart"] is not None else ": no load may hang there"
+    return f"Sector {sector['name']}, {first:.0f}° to {last:.0f}° from the carrier's front, counter-clockwise{held}"
+
+
+def _carrier_terms(carrier: dict[str, Any] | None) -> list[tuple[str, str]]:
+    """Return how a mobile crane is set up, and what its charts are."""
+    if carrier is None:
+        return []
+    weight_kg, base = carrier["counterweight_kg"], carrier["outriggers"]
+    words = [f"front points to {math.degrees(carrier['heading_rad']):.4g}° from the x axis, counter-clockwise"]
+    if weight_kg is not None:
+        words.append(f"counterweight {tonnes(weight_kg)} t")
+    if base is not None:
+        along, across = base["front_m"] + base["rear_m"], base["left_m"] + base["right_m"]
+        words.append(f"outriggers {escape(base['name'])}, {along:.2f} m along and {across:.2f} m across")
+    less = "; ".join(f"{escape(name)} {tonnes(mass_kg)} t" for name, mass_kg in carrier["deductions"])
+    rated = escape(carrier["rating"]) or "not stated by the machine file"
+    return [
+        ("Set up", "; ".join(words)),
+        ("Charts are rated at", rated),
+        ("Deducted from the charts", less),
+    ]
 
 
 def _chart_rows(listed: Sequence[tuple[float, float]]) -> str:
@@ -232,11 +271,10 @@ def _load_chart(
     governing sample are left out.
     """
     held = [lift for lift in lifts if lift["governs"]]
-    listed_m = [at for at in crane.chart.radius_m if crane.min_radius_m < at < crane.jib_length_m]
-    # A step at each listed radius: the capacity up to it, then that of the next one.
-    radius_m = np.array([crane.min_radius_m, *np.repeat(listed_m, 2), crane.jib_length_m])
-    carries_kg = np.repeat(capacity_kg(crane.chart, radius_m[1::2]), 2)
-    most_kg: float = max(float(carries_kg.max()), *(lift["governs"]["load_kg"] for lift in held), 1.0) * 1.05
+    radius_m, carries_kg = _steps(crane, crane.chart)
+    by_sector = [_steps(crane, one.chart) for one in sectors_of(crane) if one.chart is not None]
+    highest_kg = [float(kg.max()) for _, kg in [(radius_m, carries_kg), *by_sector]]
+    most_kg: float = max(*highest_kg, *(lift["governs"]["load_kg"] for lift in held), 1.0) * 1.05
 
     def x(at_m: float) -> float:
         return _LEFT + float(at_m) / crane.jib_length_m * (_WIDTH - _LEFT - _RIGHT)
@@ -244,8 +282,8 @@ def _load_chart(
     def y(mass_kg: float) -> float:
         return _HEIGHT - _BOTTOM - float(mass_kg) / most_kg * (_HEIGHT - _TOP - _BOTTOM)
 
-    def curve(share: float, class_: str) -> str:
-        points = " ".join(f"{x(r):.1f},{y(share * c):.1f}" for r, c in zip(radius_m, carries_kg, strict=True))
+    def curve(share: float, class_: str, steps: _Steps = (radius_m, carries_kg)) -> str:
+        points = " ".join(f"{x(r):.1f},{y(share * c):.1f}" for r, c in zip(*steps, strict=True))
         return element("polyline", points=points, class_=class_)
 
     parts = []
@@ -260,9 +298,20 @@ def _load_chart(
     upwards = f"rotate(-90 14 {middle:g})"
     parts.append(text("load and rigging, t", 14.0, middle, text_anchor="middle", class_="axis", transform=upwards))
     parts += [curve(critical_share, "threshold"), curve(1.0, "capacity")]
+    parts += [curve(1.0, "capacity", steps) for steps in by_sector]
     parts += [curve(permitted, "permitted")] if permitted < 1.0 else []
     parts += [_point(lift, x, y) for lift in held]
     return picture(_WIDTH, _HEIGHT, f"Load chart of {crane.name} with {len(held)} lifts", parts, "chart")
+
+
+_Steps = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+def _steps(crane: TowerCrane, chart: LoadChart) -> _Steps:
+    """Return radii and capacities of a chart as a stepped line: the capacity up to a listed radius, then the next."""
+    listed_m = [at for at in chart.radius_m if crane.min_radius_m < at < crane.jib_length_m]
+    radius_m = np.array([crane.min_radius_m, *np.repeat(listed_m, 2), crane.jib_length_m])
+    return radius_m, np.repeat(capacity_kg(chart, radius_m[1::2]), 2)
 
 
 def _point(lift: dict[str, Any], x: Any, y: Any) -> str:

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.crane.carrier import Carrier
+from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.machine import identity
 from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import AxisLimits, TowerCrane
@@ -190,7 +192,28 @@ def _crane(revision: Revision, number: int) -> dict[str, Any]:
         "slow_zones": [zone.share for zone in crane.slow_zones],
         **_values(crane, "slewing", "trolley", "hoist"),
         "driven": driven_rates([motion for motion in revision.motions if motion.crane == number]),
-        "chart": [list(pair) for pair in zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True)],
+        "chart": _chart(crane.chart),
+        "carrier": crane.carrier and _carrier(crane.carrier),
+    }
+
+
+def _chart(chart: LoadChart) -> list[list[float]]:
+    return [list(pair) for pair in zip(chart.radius_m, chart.capacity_kg, strict=True)]
+
+
+def _carrier(carrier: Carrier) -> dict[str, Any]:
+    """Return how a mobile crane is set up, with its charts by sector (null: no load may hang there)."""
+    base = carrier.outriggers
+    return {
+        "heading_rad": carrier.heading_rad,
+        "counterweight_kg": carrier.counterweight_kg,
+        "outriggers": base and _values(base, "name", "front_m", "rear_m", "left_m", "right_m"),
+        "rating": carrier.rating,
+        "deductions": [list(one) for one in carrier.deductions],
+        "sectors": [
+            _values(one, "name", "from_rad", "to_rad") | {"chart": None if one.chart is None else _chart(one.chart)}
+            for one in carrier.sectors
+        ],
     }
 
 

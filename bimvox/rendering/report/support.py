@@ -1,27 +1,33 @@
-"""Loads of a crane on its support: from the load, and from the masses that the site file states.
+"""Loads of a crane on its support: from the load, and from the masses that machine file and site file state.
 
 The method is static, without dynamic factors, wind on the crane, and load cases out of service:
 
 - vertical: (crane + everything on the hook) g;
 - overturning: everything on the hook, times its radius, less the crane's own moment towards the counterweight;
 - slewing: everything on the hook as a point at its radius, at the highest acceleration of the slewing axis;
-- outrigger: 0.65 of the vertical load on one of them, by the Queensland Mobile Crane Code of Practice, as the Crane
-  Industry Council of Australia quotes it (cranesandlifting.com.au, "Determining the suitable size for outrigger mats");
+- outriggers: by the statics of a rigid body on four pads, from masses and geometry of the machine file
+  (``bimvox.crane.ground``); without them 0.65 of the vertical load on one, by the Queensland Mobile Crane Code of
+  Practice, as the Crane Industry Council of Australia quotes it (cranesandlifting.com.au, "Determining the suitable
+  size for outrigger mats");
 - mat pressure: that force over the mat's area (T. C. Smith, Mesa Associates, 2014).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from bimvox.crane.carrier import Stand
+from bimvox.crane.ground import G_M_S2
 from bimvox.crane.outline import CraneOutline, outline_of
 from bimvox.errors import listed
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms, value
+from bimvox.rendering.report.outriggers import most_kn, pads_of, pads_table
 from bimvox.rendering.report.site_plan import GEOREFERENCE, georeference_of
 from bimvox.rendering.report.words import fixed
 from bimvox.rendering.words import escape
@@ -31,7 +37,6 @@ from bimvox.site.lifting import hung_kg
 from bimvox.site.map_frame import map_of_model, set_out
 from bimvox.site.site import Site
 
-G_M_S2 = 9.80665
 OUTRIGGER_SHARE = 0.65
 _MISSING = "not stated by the machine file: from the manufacturer"
 
@@ -41,8 +46,9 @@ def supports_of(revision: Revision) -> list[dict[str, Any]]:
 
     Returns:
         ``crane, kind, hung_kg, hook_m`` (highest hook above the foot), ``vertical_load_kn, load_moment_knm,
-        load_moment_number, radius_m, slewing_knm``, what is stated (``SupportConfig``), and from it ``vertical_kn,
-        moment_knm, outrigger_kn, mat_kpa, needed_m2``.
+        load_moment_number, radius_m, slewing_knm``; ``pads`` (``pads_of``; None if the machine file does not state
+        masses), ``stand`` (of a tower crane, as its machine file states it), what is stated (``SupportConfig``), and
+        from it ``vertical_kn, moment_knm, outrigger_kn, mat_kpa, needed_m2``.
     """
     site, given = revision.plan.site, revision.config.support if revision.config else ()
     result = []
@@ -66,21 +72,36 @@ def supports_of(revision: Revision) -> list[dict[str, Any]]:
             "hook_m": crane.highest_hook_m - crane.base_m[2],
             "slewing_knm": inertia_kg_m2 * crane.slewing.acceleration / 1e3,
         }
-        result.append(loads | _with_crane(loads, stated or SupportConfig()))
+        pads = pads_of(crane, own, hung)
+        result.append(loads | _with_crane(loads, stated or SupportConfig(), pads, crane.stand))
     return result
 
 
-def _with_crane(loads: dict[str, Any], stated: SupportConfig) -> dict[str, Any]:
-    """Return what the site file states, and what follows from it."""
+def _with_crane(
+    loads: dict[str, Any], stated: SupportConfig, pads: dict[str, Any] | None, stand: Stand | None
+) -> dict[str, Any]:
+    """Return what site file and machine file state, and what follows from it."""
     mass_kg, mat_m2 = stated.crane_mass_kg, stated.mat_m2
+    if mass_kg is None and pads is not None:
+        mass_kg = pads["crane_kg"]
     vertical_kn = None if mass_kg is None else mass_kg * G_M_S2 / 1e3 + loads["vertical_load_kn"]
     on_outriggers = loads["kind"] == "mobile" and vertical_kn is not None
     outrigger_kn = OUTRIGGER_SHARE * vertical_kn if on_outriggers and vertical_kn is not None else None
+    if pads is not None:
+        outrigger_kn = most_kn(pads)
     back_knm = stated.back_moment_knm
+    moment_knm = None if pads is None else pads["overturning_knm"]
+    if back_knm is not None:
+        moment_knm = max(loads["load_moment_knm"] - back_knm, back_knm)
+    free_m = stated.free_standing_m
     return {
         **stated.model_dump(exclude={"crane"}),
+        "crane_mass_kg": mass_kg,
+        "free_standing_m": stand.free_standing_m if free_m is None and stand is not None else free_m,
+        "pads": pads,
+        "stand": None if stand is None else asdict(stand),
         "vertical_kn": vertical_kn,
-        "moment_knm": None if back_knm is None else max(loads["load_moment_knm"] - back_knm, back_knm),
+        "moment_knm": moment_knm,
         "outrigger_kn": outrigger_kn,
         "mat_kpa": None if outrigger_kn is None or mat_m2 is None else outrigger_kn / mat_m2,
         "needed_m2": None
@@ -96,7 +117,8 @@ def support(record: dict[str, Any]) -> str:
         return ""
     about = (
         "Static loads in service of this plan, without dynamic factors, wind on the crane, ties, and load cases out of "
-        "service: the manufacturer's table of corner and foundation loads governs. docs/lift-plan.md has the method."
+        "service, unless the maker's are stated: the manufacturer's table of corner and foundation loads governs. "
+        "docs/lift-plan.md has the method."
     )
     return section(
         "Loads on foundation and ground",
@@ -123,10 +145,10 @@ def _crane(one: dict[str, Any]) -> str:
         ("Overturning", stated("moment_knm", 0, "kNm, the larger of with and without load")),
     ]
     if one["kind"] != "mobile":
-        pairs.append(("Ties", _ties(one)))
+        pairs += [("Ties", _ties(one)), *_stand(one["stand"])]
     if one["kind"] == "mobile":
         pairs += [
-            ("On an outrigger", stated("outrigger_kn", 0, "kN: 0.65 of the vertical load")),
+            ("On an outrigger", stated("outrigger_kn", 0, "kN: " + _outrigger_words(one["pads"]))),
             ("Mat pressure", stated("mat_kpa", 0, "kPa") if one["mat_m2"] else "the mat's area is not stated"),
             ("Mat needed", stated("needed_m2", 2, "m²") if one["permitted_kpa"] else "no permitted pressure stated"),
         ]
@@ -135,7 +157,45 @@ def _crane(one: dict[str, Any]) -> str:
             pairs.append(
                 ("Ground", f"<b>✕ the mat presses {fixed(pressure, 0)} kPa; {permitted:g} kPa are permitted</b>")
             )
-    return terms(pairs)
+    return terms(pairs) + ("" if one["pads"] is None else pads_table(one["pads"], one["mat_m2"]))
+
+
+def _outrigger_words(pads: dict[str, Any] | None) -> str:
+    """Return how the load on an outrigger follows, and in how many lifts a pad carries nothing."""
+    if pads is None:
+        return "0.65 of the vertical load"
+    off = f"; {pads['lifts_off']} lifts take all load off a pad, so three carry" if pads["lifts_off"] else ""
+    return f"the largest in this plan, by masses and geometry of the machine file{off}"
+
+
+_LOADS = (
+    ("vertical_kn", "vertical", "kN"),
+    ("horizontal_kn", "horizontal", "kN"),
+    ("moment_knm", "overturning", "kNm"),
+    ("slewing_knm", "slewing", "kNm"),
+    ("corner_kn", "largest corner", "kN"),
+)
+
+
+def _stand(stand: dict[str, Any] | None) -> list[tuple[str, str]]:
+    """Return base, ballast and the maker's loads on the foundation of a tower crane; what is not stated is named."""
+    own = stand or {}
+    ballast_kg = own.get("ballast_kg")
+    pairs = [
+        ("Base", escape(own.get("base") or "") or _MISSING),
+        ("Ballast", _MISSING if ballast_kg is None else number(ballast_kg, f"{ballast_kg / 1e3:.1f} t", "ballast_kg")),
+    ]
+    for key, name in (("in_service", "Maker's loads in service"), ("out_of_service", "Maker's loads out of service")):
+        given = own.get(key) or {}
+        words = [
+            f"{what} {number(given[load], f'{fixed(given[load], 0)} {unit}', f'{key}.{load}')}"
+            for load, what, unit in _LOADS
+            if given.get(load) is not None
+        ]
+        missing = [what for load, what, _ in _LOADS if given.get(load) is None]
+        words += [f"{', '.join(missing)}: {_MISSING}"] if missing else []
+        pairs.append((name, "; ".join(words)))
+    return pairs
 
 
 def _ties(one: dict[str, Any]) -> str:

@@ -130,7 +130,7 @@ def test_the_share_of_the_chart_is_at_most_that_of_the_planned_lift(page: Page, 
     assert tried["served"] == tried["of"] == len(motions)
     for part in site.components:
         crane, motion = site.cranes[part.crane], motions[part.index]
-        planned = shares_of_capacity(crane, motion.loaded.radius_m, hung_kg(crane, part))
+        planned = shares_of_capacity(crane, motion.loaded.slew_rad, motion.loaded.radius_m, hung_kg(crane, part))
         found = tried["parts"][part.id]
         assert found["utilisation"] <= planned.max() + 0.01
         set_m = float(motion.loaded.radius_m[-1])

@@ -8,8 +8,11 @@ import re
 import numpy as np
 import pytest
 from log_building import tiny_log
+from named_cranes import default_luffing_crane
 from opened_pages import revision_of
 
+from bimvox.crane.carrier import BaseLoads, Carrier, Masses, Outriggers, Stand
+from bimvox.crane.ground import pad_loads_n
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.record import record_of
 from bimvox.rendering.report.support import support, supports_of
@@ -74,3 +77,55 @@ def test_ties_follow_from_the_stated_free_standing_height(free_m, words):
     assert record["support"][0]["hook_m"] == pytest.approx(crane.highest_hook_m - crane.base_m[2])
     (ties,) = re.findall(r"<dt>Ties</dt><dd>(.*?)</dd>", support(record))
     assert words in ties
+
+
+MASSES = Masses(24_000.0, 0.4, 9_000.0, -0.5, 7_000.0, 0.4, 3.4)
+
+
+def on_outriggers(**stated: float) -> Revision:
+    """Return a plan whose crane has a boom, outriggers and masses."""
+    made = revision("mobile", **stated)
+    site = made.plan.site
+    base = Outriggers("full", 3.6, 3.2, 3.3, 3.3)
+    carrier = Carrier(0.5, 12_000.0, base, rating="75 % of the tipping load, EN 13000", masses=MASSES)
+    jib = default_luffing_crane("mobile-60t").luffing
+    crane = dataclasses.replace(site.cranes[0], carrier=carrier, luffing=jib)
+    plan = dataclasses.replace(made.plan, site=dataclasses.replace(site, cranes=(crane,)))
+    return dataclasses.replace(made, plan=plan)
+
+
+def test_pad_loads_follow_from_masses_at_every_sample_and_over_the_circle():
+    made = on_outriggers(mat_m2=2.0)
+    (found,) = supports_of(made)
+    crane, pads = made.plan.site.cranes[0], found["pads"]
+    loads = []
+    for motion in made.motions:
+        kg = made.plan.site.components[motion.component].mass_kg + crane.tackle_kg
+        for part, hung in ((motion.raising, kg), (motion.loaded, kg), (motion.departure, crane.tackle_kg)):
+            if part is not None:
+                loads.append(pad_loads_n(crane.carrier, crane.luffing, part.slew_rad, part.radius_m, hung))
+    most = np.concatenate(loads).max(axis=0) / 1e3
+    assert all(pad["most_kn"] >= one - 1e-9 for pad, one in zip(pads["pads"], most, strict=True))
+    assert found["outrigger_kn"] == max(pad["most_kn"] for pad in pads["pads"])
+    assert found["mat_kpa"] == pytest.approx(found["outrigger_kn"] / 2.0)
+    assert found["crane_mass_kg"] == 52_000.0
+    assert found["vertical_kn"] == pytest.approx((52_000.0 + found["hung_kg"]) * 9.80665e-3)
+    assert all(sum(row) == pytest.approx(sum(pads["circle_kn"][0])) for row in pads["circle_kn"])
+    html = support(record_of(made))
+    assert "front left" in html
+    assert "Mat kPa" in html
+    assert "from the manufacturer" not in html
+
+
+def test_what_a_tower_crane_stands_on_is_its_makers_and_the_rest_is_named():
+    made = revision()
+    stand = Stand("cross base 6 x 6 m", 6.0, 60_000.0, 52.0, BaseLoads(vertical_kn=900.0, moment_knm=2_500.0))
+    site = made.plan.site
+    crane = dataclasses.replace(site.cranes[0], stand=stand)
+    plan = dataclasses.replace(made.plan, site=dataclasses.replace(site, cranes=(crane,)))
+    record = record_of(dataclasses.replace(made, plan=plan))
+    assert record["support"][0]["free_standing_m"] == 52.0
+    html = support(record)
+    assert "cross base 6 x 6 m" in html
+    assert re.search(r"in service</dt><dd>vertical .*900 kN.*horizontal, slewing, largest corner: not stated", html)
+    assert re.search(r"out of service</dt><dd>vertical, horizontal, overturning, slewing, largest corner: not", html)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from math import radians
 from pathlib import Path
 
 import pytest
-from own_machine import machine_text
+from own_machine import SHEET, machine_text
 
+from bimvox.crane.sectors import capacities_kg
 from bimvox.errors import ConfigError
-from bimvox.site.config.crane import MACHINE_FILES, MachineConfig
+from bimvox.site.config.machine_file import MACHINE_FILES, MachineConfig
 
 PATH = Path("lx.toml")
 TEXT = machine_text("LX 280", "hammerhead-65").decode()
@@ -65,3 +67,97 @@ def test_the_schema_describes_every_key():
     schema = MachineConfig.file_schema()
     assert {"name", "kind", "about", "jib", "luffing"} <= schema["properties"].keys()
     assert all(value.keys() & {"description", "$ref"} for value in schema["properties"].values())
+
+
+def sheet(old: str = "", new: str = ""):
+    assert old in SHEET
+    return MACHINE_FILES.read(SHEET.replace(old, new, 1).encode(), PATH)
+
+
+def test_tables_give_a_crane_for_every_length_reeving_counterweight_and_base():
+    machine = sheet()
+    cases = [
+        (length, crane.falls, crane.carrier.counterweight_kg, crane.carrier.outriggers.name)
+        for length, crane in zip(machine.jibs_m, machine.cranes, strict=True)
+    ]
+    full = [(length, falls, 12_000.0, "full") for length in (18.0, 30.0, 36.0) for falls in (4, 8)]
+    assert sorted(cases) == sorted([*full, (18.0, 4, 4_000.0, "half"), (18.0, 8, 4_000.0, "half")])
+    short = next(crane for crane in machine.with_jib(18.0) if crane.falls == 4)
+    # The line pull of four falls is 16 t; 400 kg of the stowed jib are deducted from every capacity.
+    assert dict(zip(short.chart.radius_m, short.chart.capacity_kg, strict=True)) == {4: 15_600, 6: 15_600, 10: 10_000}
+    assert short.carrier.rating == "75 % of the tipping load, EN 13000"
+    assert short.carrier.masses.counterweight_behind_m == pytest.approx(3.4)
+
+
+def test_a_sector_has_its_own_chart_and_a_blank_no_capacity():
+    crane = next(crane for crane in sheet().with_jib(30.0) if crane.falls == 8)
+    (rear,) = crane.carrier.sectors
+    assert (rear.name, rear.chart.capacity_kg) == ("over rear", (14_000, 12_000, 7_000, 3_000))
+    assert crane.chart.capacity_kg == (14_000, 10_000, 5_000, 2_000)
+    # The boom is not raised above the first radius of the table.
+    assert crane.min_radius_m == pytest.approx(6.0)
+    assert sheet().with_jib(36.0)[0].carrier.sectors == ()
+
+
+def test_without_a_chart_all_around_no_load_hangs_where_no_sector_has_one():
+    table = '[[table]]\nsector = "over rear"\nlengths_m = [18]\nrows = [[4, 9000], [10, 5000]]\n'
+    crane = MACHINE_FILES.read((SHEET[: SHEET.index("[[table]]")] + table).encode(), PATH).cranes[0]
+    names = [(one.name, one.chart is None) for one in crane.carrier.sectors]
+    assert names == [("over rear", False), ("no chart", True)]
+    assert capacities_kg(crane, radians(180), 8.0) == 4_600
+    assert capacities_kg(crane, 0.0, 8.0) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "said"),
+    [
+        ("[6, 20400, 14400, 0]", "[6, 20400, 14400]", "table[0]", "2 capacities for 3 lengths_m"),
+        ("[6, 20400, 14400, 0]", "[6, 20400, 0, 0]", None, None),
+        ("[10, 10400, 10400, 9400]", "[10, 10400, 0, 9400]", "table[0]", "blank at 10 m, between two"),
+        ("[10, 10400, 10400, 9400]", "[10, 21000, 10400, 9400]", "table[0]", "of 18 m the capacity grows at 10 m"),
+        ("[10, 10400, 10400, 9400]", "[6, 10400, 10400, 9400]", "table[0]", "radii must be above 0 and ascend"),
+        ('sector = "over rear"', 'sector = "over side"', None, "table.1..sector is 'over side'.*360, over rear"),
+        ('outriggers = "half"\nlengths', 'outriggers = "third"\nlengths', None, "table.2..outriggers is 'third'"),
+        ("counterweight_kg = 4000", "counterweight_kg = 12000", None, None),
+        ("deg = [150, 210]", "deg = [210, 150]", "sector[0]", "counter-clockwise"),
+        ("[[reeving]]\nfalls = 4\nmost_kg = 16000\nhook_block_kg = 250", "", None, None),
+        ("falls = 8", "falls = 4", None, "two have the same falls"),
+    ],
+)
+def test_a_wrong_table_is_refused_by_file_and_place(old, new, key, said):
+    if said is None:
+        assert sheet(old, new).cranes
+        return
+    with pytest.raises(ConfigError, match=said) as caught:
+        sheet(old, new)
+    assert (caught.value.path, caught.value.key) == (PATH, key)
+
+
+def test_how_a_tower_crane_stands_depends_on_its_jib():
+    text = (
+        TEXT
+        + """
+[[stand]]
+base = "cross base"
+free_standing_m = 40
+[[stand]]
+lengths_m = [65]
+free_standing_m = 35
+in_service = { vertical_kn = 800 }
+"""
+    )
+    machine = MACHINE_FILES.read(text.encode(), PATH)
+    assert (machine.with_jib(40.0)[0].stand.base, machine.with_jib(40.0)[0].stand.free_standing_m) == (
+        "cross base",
+        40.0,
+    )
+    assert (machine.usual.stand.free_standing_m, machine.usual.stand.in_service.vertical_kn) == (35.0, 800.0)
+    with pytest.raises(ConfigError, match="stand is not for"):
+        MACHINE_FILES.read((SHEET + "[[stand]]\nfree_standing_m = 40\n").encode(), PATH)
+
+
+def test_charts_are_given_in_one_way():
+    with pytest.raises(ConfigError, match="not both"):
+        MACHINE_FILES.read((TEXT + SHEET[SHEET.index("[[reeving]]") :]).encode(), PATH)
+    with pytest.raises(ConfigError, match="only for kind"):
+        MACHINE_FILES.read((TEXT + '[[sector]]\nname = "rear"\ndeg = [150, 210]\n').encode(), PATH)
