@@ -42,6 +42,10 @@ EXAMPLES = {
     "report": ("bimvox report house.mcap", "bimvox report house.mcap -o house.pdf"),
     "schema": ("bimvox schema site", "bimvox schema log"),
     "warm-up": ("bimvox warm-up",),
+    "crane import": (
+        "bimvox crane import ltx-1060.csv --like mobile-60t",
+        "bimvox crane import ltx-1060.kran --like mobile-60t -o ltx-1060.toml",
+    ),
     "policy list": ("bimvox policy list", "bimvox policy list --json"),
     "policy show": ("bimvox policy show 3f2a", "bimvox policy show 3f2a --json"),
     "policy remove": ("bimvox policy remove 3f2a",),

@@ -12,6 +12,7 @@ import typer
 
 from bimvox.undisturbed import interruptible
 from bimvox_cli import failure
+from bimvox_cli.crane import crane
 from bimvox_cli.cranes import cranes
 from bimvox_cli.demo import demo
 from bimvox_cli.examples import HELP_NAMES, enlist
@@ -88,6 +89,7 @@ enlist(
     schema,
     warm_up,
 )
+app.add_typer(crane, name="crane", context_settings=HELP_NAMES)
 app.add_typer(policy, name="policy", context_settings=HELP_NAMES)
 app.add_typer(experiment, name="experiment", context_settings=HELP_NAMES)
 

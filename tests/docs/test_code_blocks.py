@@ -43,6 +43,7 @@ def planned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     obstruction = json.loads(AN_OBSTRUCTION.group(1))
     obstruction["obstructions"][0]["box"] = {"min": [-3.0, -3.0, 0.0], "max": [-2.0, -2.0, 1.0]}
     (folder / "obstructions.json").write_text(json.dumps(obstruction))
+    (folder / "ltx-1060.csv").write_text("name: LTX 1060\nR m;18 m;30 m\n6;20.4 t;14.4\n10;10.4;10.4\n")
     (folder / "sweep.toml").write_text('sites = ["frame.site.toml"]\npolicy = "none"\n')
     return folder
 

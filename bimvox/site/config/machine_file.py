@@ -252,6 +252,8 @@ class MachineConfig(Table):
     """Usual mass of slings and spreader."""
     max_wind_m_s: Positive = 20.0
     """Wind (gust of 3 s) up to which the crane works; 20 m/s for tower cranes (EN 14439)."""
+    hoist_kw: Positive | None = None
+    """Power of the hoist motor, against which an import checks the rates."""
     slewing: SlewingConfig
     """Limits of the slewing axis."""
     trolley: TravelConfig | None = None

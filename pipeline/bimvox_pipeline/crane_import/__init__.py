@@ -1,0 +1,1 @@
+"""``bimvox crane import``: a machine file from the load charts of a data sheet."""
