@@ -23,6 +23,7 @@ class Machine:
         about: One line about what it is and where its data come from.
         jibs_m: Length of the jib of each of ``cranes``; from the pivot for a luffing jib.
         cranes: The machine with each jib and reeving, on the origin: shorter jibs first, then fewer falls.
+        file: Name and content of its file; None for a machine of the catalogue.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Machine:
     about: str
     jibs_m: tuple[float, ...]
     cranes: tuple[TowerCrane, ...]
+    file: tuple[str, bytes] | None = None
 
     @property
     def load_moment_tm(self) -> float:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import difflib
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.machine import Machine
 from bimvox.crane.tower_crane import TowerCrane
-from bimvox.errors import InputError
+from bimvox.errors import ConfigError, InputError
 from bimvox.site.config.machine_file import MACHINE_FILES
 
 
@@ -70,6 +71,18 @@ def _scaled(reach: float, capacity: float) -> TowerCrane:
     )
 
 
+def machine_in(path: Path, text: bytes) -> Machine:
+    """Return the machine that a file next to a site file describes.
+
+    Raises:
+        ConfigError: If it does not describe a machine, or one with a name of the catalogue's.
+    """
+    machine = MACHINE_FILES.read(text, path)
+    if machine_called(machine.name) is not None:
+        raise ConfigError(path, "name", f"{machine.name!r} is known already", hint="give your machine its own name")
+    return replace(machine, file=(path.name, text))
+
+
 KINDS = ("hammerhead", "luffing", "mobile")
 
 
@@ -90,6 +103,8 @@ def machines_called(name: str) -> tuple[Machine, ...]:
     if (found := machine_called(name)) is not None:
         return (found,)
     names = [machine.name for machine in catalogue()]
+    if name.endswith(".toml"):
+        raise InputError(f"the catalogue has no crane {name!r}", hint="only `bimvox init` takes the file of a machine")
     near = difflib.get_close_matches(name, [*KINDS, *names], n=1)
     raise InputError(
         f"the catalogue has no crane {name!r}" + (f"; did you mean {near[0]!r}?" if near else ""),

@@ -14,6 +14,7 @@ from bimvox.bim.building import ASSUMED, Building, Casting, Element, Role, Trian
 from bimvox.bim.kinds.kind import Confidence
 from bimvox.crane.machine import Machine, carries_most
 from bimvox.crane.reach import MARGIN_M, allowed_radii_m
+from bimvox.crane.sectors import capacities_kg, sectors_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import GridTooLargeError, InputError, SelectionError
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
@@ -212,6 +213,7 @@ def guess_site(
     model = model.model_copy(update={"yaw_deg": round(math.degrees(dominant_yaw_rad(building)), 12)})
     rules = RulesConfig(truckload_kg=TRUCK_KG)
     config = SiteConfig(name=name or model.path.stem, model=model, rules=rules, yard=YardConfig())
+    config._machine_files = dict(machine.file for machine in machines if machine.file is not None)
     return complete_config(config, building, machines)
 
 
@@ -388,9 +390,7 @@ def _with_areas_and_crane(
             sized = _proposed_for(lifted, wanted_for, config.means, stated)
         yards, crane = sized.yards, sized.crane
         config = config.model_copy(update={"component": _with_cast(config.component, sized.cast)})
-        chosen: CraneConfig | tuple[CraneConfig, ...] | None = (
-            crane_config(crane) if machine_called(crane.name) is None else machine_config(crane)
-        )
+        chosen: CraneConfig | tuple[CraneConfig, ...] | None = _table_of(crane, machines, lifted)
     else:
         most_used = config.rules.usual_utilisation
         yards = max(
@@ -403,6 +403,32 @@ def _with_areas_and_crane(
     if not is_guessed or areas.access is not None:
         return config
     return _with_areas(config, access=proposed_access(config, building, lifted))
+
+
+def _table_of(crane: TowerCrane, machines: Sequence[Machine], lifted: Sequence[Element]) -> CraneConfig:
+    """Return the table of a crane that was chosen, which names its machine or the file of it."""
+    own = next((one for one in machines if one.name == crane.name and one.file is not None), None)
+    if own is None or own.file is None:
+        return crane_config(crane) if machine_called(crane.name) is None else machine_config(crane)
+    return machine_config(facing(crane, lifted)).model_copy(update={"machine": own.file[0]})
+
+
+_HEADINGS = 24
+
+
+def facing(crane: TowerCrane, lifted: Sequence[Element]) -> TowerCrane:
+    """Return a mobile crane with sectors on the heading in which the part that uses most of its charts uses least."""
+    if not sectors_of(crane) or crane.carrier is None or not lifted:
+        return crane
+    places = np.array([hook_above_m(element)[:2] for element in lifted]) - np.array(crane.base_m[:2])
+    hung_kg = np.array([element.mass_kg for element in lifted]) + crane.tackle_kg
+    slew_rad, radius_m = np.arctan2(places[:, 1], places[:, 0]), np.hypot(*places.T)
+    turned = [
+        replace(crane, carrier=replace(crane.carrier, heading_rad=2.0 * math.pi * n / _HEADINGS))
+        for n in range(_HEADINGS)
+    ]
+    shares = [hung_kg / np.maximum(capacities_kg(one, slew_rad, radius_m), 1.0) for one in turned]
+    return turned[min(range(_HEADINGS), key=lambda n: (float(shares[n].max()), float(shares[n].sum()), n))]
 
 
 def _with_areas(config: SiteConfig, **areas: object) -> SiteConfig:

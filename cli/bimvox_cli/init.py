@@ -40,8 +40,9 @@ def init(
             envvar="BIMVOX_CRANE",
             metavar="NAME",
             autocompletion=complete.cranes,
-            help="Crane to propose: a kind (hammerhead, luffing, mobile) or a machine of `bimvox cranes`. Default: the "
-            "smallest hammerhead that serves. fictitious: also machines that do not exist.",
+            help="Crane to propose: a kind (hammerhead, luffing, mobile), a machine of `bimvox cranes`, or a machine "
+            "file next to the site file. Default: the smallest hammerhead that serves. fictitious: also machines that "
+            "do not exist.",
         ),
     ] = None,
     kind_file: Annotated[

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from bimvox.bim.options import ReadOptions
 from bimvox.errors import FileError, SelectionError, listed
@@ -12,6 +12,9 @@ from bimvox.files import check_output, default_output, read_input, require_input
 from bimvox.library.site import say_notes
 from bimvox.progress import Progress
 from bimvox_pipeline.cranes import choice_notes, smaller_machines, unserved_document
+
+if TYPE_CHECKING:
+    from bimvox.crane.machine import Machine
 
 
 def init(
@@ -33,7 +36,8 @@ def init(
             with ``.svg``.
         options: How to read the model.
         voxel_size_m: Cell size for planning; default: guessed.
-        crane: A kind of crane, a machine of the catalogue, or ``fictitious``; default: a hammerhead.
+        crane: A kind of crane, a machine of the catalogue, the file of a machine next to the site file, or
+            ``fictitious``; default: a hammerhead.
         kind_file: A corrected CSV file of types, next to the site file, that says what parts are.
         force: Replace an existing site file, which may contain the planner's edits.
         progress: Receives the stages.
@@ -49,17 +53,21 @@ def init(
     from bimvox.bim.read import read_building
     from bimvox.rendering.report.drawing_file import drawing_file
     from bimvox.rendering.report.site_drawing import drawing_of_site
-    from bimvox.site.catalogue import machines_called
+    from bimvox.site.catalogue import machine_in, machines_called
     from bimvox.site.config.kind_file import corrections_in
     from bimvox.site.config.site_config import ModelConfig, SiteConfig
     from bimvox.site.config.template import precast_line, site_toml
     from bimvox.site.guess import USUAL_TM, cranes_that_fit, ground_why, guess_site
     from bimvox.site.kind_rows import kind_rows
+    from bimvox.site.machine import MACHINE_FILE
     from bimvox.site.means import Means
 
-    machines = () if crane is None else machines_called(crane)
     require_input(model)
     target = out or default_output(model, ".site.toml")
+    if crane is not None and crane.endswith(MACHINE_FILE):
+        machines: tuple[Machine, ...] = (machine_in(Path(crane), _beside(Path(crane), target)),)
+    else:
+        machines = () if crane is None else machines_called(crane)
     drawn = target.with_suffix(".svg") if target.suffix == ".toml" else target.with_name(target.name + ".svg")
     for path, why in ((target, "exists already and may hold edits"), (drawn, "exists already")):
         check_output(path, inputs=[model])
@@ -67,9 +75,7 @@ def init(
             raise FileError(path, why, hint="--force replaces it, -o names another site file")
     options = options or ReadOptions()
     if kind_file is not None:
-        if kind_file.resolve().parent != target.resolve().parent:
-            raise FileError(kind_file, "is not next to the site file", hint=f"copy it into {target.resolve().parent}")
-        options = replace(options, corrections=corrections_in(read_input(kind_file), kind_file))
+        options = replace(options, corrections=corrections_in(_beside(kind_file, target), kind_file))
     building = read_building(model, options, progress.report)
     say_notes(building, progress)
     progress.stage("guess")
@@ -130,3 +136,14 @@ def init(
         "notes": list(building.notes),
         "seconds": progress.seconds,
     }
+
+
+def _beside(path: Path, site: Path) -> bytes:
+    """Return the bytes of a file that a site file names.
+
+    Raises:
+        FileError: If it cannot be read, or is not next to the site file.
+    """
+    if path.resolve().parent != site.resolve().parent:
+        raise FileError(path, "is not next to the site file", hint=f"copy it into {site.resolve().parent}")
+    return read_input(path)

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from math import pi
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 import trimesh
 from bimvox_pipeline.site import init
+from own_machine import SHEET
 
+from bimvox.bim.building import Role
 from bimvox.bim.options import ReadOptions
 from bimvox.bim.read import read_building
-from bimvox.errors import FileError, SelectionError
+from bimvox.errors import ConfigError, FileError, SelectionError
 from bimvox.progress import SilentProgress
 from bimvox.site.config.file import load_site_config
-from bimvox.site.guess import complete_config
+from bimvox.site.config.machine_file import MACHINE_FILES
+from bimvox.site.demand import hook_above_m
+from bimvox.site.guess import complete_config, facing
+from bimvox.site.machine import crane_of
 
 MODEL = Path(__file__).parents[2] / "sample_models" / "frame.ifc"
 
@@ -62,3 +70,37 @@ def test_heavy_walls_of_unknown_make_are_planned_with_the_line_that_is_told(tmp_
     config = load_site_config(site)
     building = read_building(model, ReadOptions(unit="m", up="z", corrections=config.corrections))
     assert complete_config(config, building).crane is not None
+
+
+def test_ones_own_machine_is_proposed_from_its_file_with_a_heading(tmp_path: Path) -> None:
+    (tmp_path / "mx.toml").write_text(SHEET)
+    site = tmp_path / "frame.site.toml"
+    document = init(MODEL, site, crane=str(tmp_path / "mx.toml"), progress=SilentProgress())
+    config = load_site_config(site)
+    assert (document["crane"], config.crane.machine, config.crane.outriggers) == ("MX 60", "mx.toml", "full")
+    crane = crane_of(config)
+    assert crane.carrier.counterweight_kg == 12_000.0
+    # With a boom that has a chart over the rear, the parts are behind the carrier.
+    long = MACHINE_FILES.read(SHEET.encode(), Path("mx.toml")).with_jib(30.0)[0]
+    parts = [element for element in read_building(MODEL).elements if element.role is Role.COMPONENT]
+    hooks_m = np.array([hook_above_m(part)[:2] for part in parts])
+    for aside_m in ((14.0, 0.0), (0.0, 14.0), (-10.0, -10.0)):
+        base_m = hooks_m.mean(axis=0) + aside_m
+        turned = facing(replace(long, base_m=(*base_m.tolist(), 0.0)), parts)
+        x, y = (hooks_m - base_m).T
+        behind = np.remainder(np.arctan2(y, x) - turned.carrier.heading_rad, 2 * pi) - pi
+        assert (np.abs(behind) < np.radians(30.0)).any()
+
+
+def test_the_file_of_a_machine_must_be_next_to_the_site_file_and_have_its_own_name(tmp_path: Path) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "mx.toml").write_text(SHEET)
+    with pytest.raises(FileError, match="not next to the site file"):
+        init(MODEL, tmp_path / "a.site.toml", crane=str(elsewhere / "mx.toml"), progress=SilentProgress())
+    (tmp_path / "mx.toml").write_text(SHEET.replace('name = "MX 60"', 'name = "mobile-60t"'))
+    with pytest.raises(ConfigError, match="is known already"):
+        init(MODEL, tmp_path / "a.site.toml", crane=str(tmp_path / "mx.toml"), progress=SilentProgress())
+    with pytest.raises(FileError, match="no such file"):
+        init(MODEL, tmp_path / "a.site.toml", crane=str(tmp_path / "none.toml"), progress=SilentProgress())
+    assert not list(tmp_path.glob("*.site.toml"))
