@@ -234,6 +234,7 @@ _COLUMNS = (
     ),
     *("load_kg", "radius_m", "capacity_kg", "utilisation", "governing_time_s"),
     *("begins_s", "ends_s", "duration_s", "bound_s", "hook_travel_m", "critical", "proven"),
+    *("outrigger_kn", "outrigger"),
 )
 """Columns of ``lifts.csv``: the keys of the record, with units in their names."""
 

@@ -127,6 +127,7 @@ def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> lis
             + (f" in sector {escape(governs['sector'])}" if governs["sector"] else ""),
         ),
         ("Use", used),
+        *_outrigger(lift),
         ("Rigging", _gear(lifting, machine)),
         ("Stored", f"{place}; hook at {_point(lift['pick'])}"),
         ("Set", f"hook at {_point(lift['set'])}"),
@@ -137,6 +138,16 @@ def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> lis
         ("Begins", f"{begins}; takes {span(lift['ends_s'] - lift['begins_s'])}"),
         ("Steps", "; ".join(f"{PHASES.get(name, name)} {span(end - start)}" for name, start, end in lift["phases"])),
     ]
+
+
+def _outrigger(lift: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the largest load on an outrigger in a lift; nothing if masses or outriggers are not stated."""
+    if "outrigger_kn" not in lift:
+        return []
+    if lift["outrigger_kn"] is None:
+        return [("Outrigger", "<b>✕ the crane would tip</b>")]
+    most = number(lift["outrigger_kn"], fixed(lift["outrigger_kn"], 0), "outrigger_kn")
+    return [("Outrigger", f"{most} kN at most, {lift['outrigger']}")]
 
 
 def _gear(lifting: dict[str, Any], machine: dict[str, Any]) -> str:

@@ -32,7 +32,8 @@ def pads_of(crane: TowerCrane, motions: Sequence[LiftMotion], hung_kg: Mapping[i
         (``pads``: ``name``, ``most_kn`` in this plan with ``number``, ``slew_rad`` and ``radius_m``, ``circle_kn`` with
         the governing load in any direction, ``empty_kn`` without a load in any direction); ``slew_deg`` and
         ``circle_kn`` (a row for each angle) of the governing lift, ``circle_number``, ``circle_radius_m``;
-        ``lifts_off``: how many lifts take all load off a pad. Null stands for a crane that would tip.
+        ``lifts_off``: how many lifts take all load off a pad; ``lifts``: the largest load on a pad in each (``order``,
+        ``outrigger_kn``, ``outrigger``). Null stands for a crane that would tip.
     """
     carrier, jib = crane.carrier, crane.luffing
     if carrier is None or jib is None or not motions:
@@ -72,7 +73,13 @@ def pads_of(crane: TowerCrane, motions: Sequence[LiftMotion], hung_kg: Mapping[i
         "circle_number": governs + 1,
         "circle_radius_m": furthest_m[governs],
         "lifts_off": len(set(order[~touches(loads).all(axis=1)].tolist())),
+        "lifts": [_most_in_lift(motion.order, loads[order == motion.order]) for motion in motions],
     }
+
+
+def _most_in_lift(order: int, loads: NDArray[np.float64]) -> dict[str, Any]:
+    pad = int(np.argmax(loads.max(axis=0)))
+    return {"order": order, "outrigger_kn": _kn(loads[:, pad].max()), "outrigger": PADS[pad]}
 
 
 def _samples(
@@ -138,6 +145,8 @@ def _load(value_kn: float | None, key: str) -> str:
 
 
 _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _BOTTOM = 720.0, 220.0, 52.0, 96.0, 10.0, 36.0
+_DASHES = ("none", "9 4", "2 3", "9 3 2 3")
+"""Of the pads, so that their lines are told apart in grey."""
 _STEPS_KN = (10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 
 
@@ -167,7 +176,7 @@ def _drawing(pads: dict[str, Any]) -> str:
     label_y = _spread([y(rows[-1][pad]) for pad in range(len(PADS))])
     for pad, name in enumerate(PADS):
         points = " ".join(f"{x(deg):.1f},{y(loads[pad]):.1f}" for deg, loads in zip(degrees, rows, strict=True))
-        parts.append(element("polyline", points=points, class_="capacity"))
+        parts.append(element("polyline", points=points, class_="capacity", stroke_dasharray=_DASHES[pad]))
         parts.append(text(name, _WIDTH - _RIGHT + 6.0, label_y[pad] + 4.0, text_anchor="start", class_="tick"))
     title = f"Pad loads over the circle, lift {pads['circle_number']} at {pads['circle_radius_m']:.1f} m"
     return picture(_WIDTH, _HEIGHT, title, parts, "chart")

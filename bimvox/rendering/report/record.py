@@ -76,7 +76,9 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
     lowest = least_height_m(Subject(revision.plan, tuple(revision.motions), tuple(revision.context)))
     critical = sorted((lift for lift in lifts if lift["critical"]), key=_most_used)
     method, blind, remarks = method_of(revision), blind_lifts(revision), [one.to_dict() for one in revision.remarks]
-    lifts = with_categories(lifts, remarks, blind, method)
+    supports = supports_of(revision)
+    pads = {one["order"]: one for support in supports if support["pads"] for one in support["pads"]["lifts"]}
+    lifts = with_categories([lift | pads.get(lift["order"], {}) for lift in lifts], remarks, blind, method)
     return {
         "format": FORMAT,
         "log": {
@@ -94,7 +96,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "distances": distances_of(revision),
         "method": method,
         "blind": blind,
-        "support": supports_of(revision),
+        "support": supports,
         "out_of_service": out_of_service(revision),
         "survey": survey_of(revision, drawing["areas"]),
         "rigs": rigs,

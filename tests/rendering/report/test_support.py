@@ -14,6 +14,7 @@ from opened_pages import revision_of
 from bimvox.crane.carrier import BaseLoads, Carrier, Masses, Outriggers, Stand
 from bimvox.crane.ground import pad_loads_n
 from bimvox.rendering.page.source import Revision
+from bimvox.rendering.report.card import _outrigger
 from bimvox.rendering.report.record import record_of
 from bimvox.rendering.report.support import support, supports_of
 from bimvox.site.config.file import parse_site_config
@@ -111,7 +112,13 @@ def test_pad_loads_follow_from_masses_at_every_sample_and_over_the_circle():
     assert found["crane_mass_kg"] == 52_000.0
     assert found["vertical_kn"] == pytest.approx((52_000.0 + found["hung_kg"]) * 9.80665e-3)
     assert all(sum(row) == pytest.approx(sum(pads["circle_kn"][0])) for row in pads["circle_kn"])
-    html = support(record_of(made))
+    record = record_of(made)
+    by_lift = {lift["order"]: lift for lift in record["lifts"] if "outrigger_kn" in lift}
+    assert set(by_lift) == {motion.order for motion in made.motions}
+    worst = max(by_lift.values(), key=lambda lift: lift["outrigger_kn"])
+    assert worst["outrigger_kn"] == found["outrigger_kn"]
+    assert worst["outrigger"] == max(pads["pads"], key=lambda pad: pad["most_kn"])["name"]
+    html = support(record)
     assert "front left" in html
     assert "Mat kPa" in html
     assert "from the manufacturer" not in html
@@ -129,3 +136,12 @@ def test_what_a_tower_crane_stands_on_is_its_makers_and_the_rest_is_named():
     assert "cross base 6 x 6 m" in html
     assert re.search(r"in service</dt><dd>vertical .*900 kN.*horizontal, slewing, largest corner: not stated", html)
     assert re.search(r"out of service</dt><dd>vertical, horizontal, overturning, slewing, largest corner: not", html)
+
+
+def test_a_card_has_the_largest_load_on_an_outrigger():
+    lift = {"outrigger_kn": 163.56, "outrigger": "rear left"}
+    ((_, words),) = _outrigger(lift)
+    assert "164" in words
+    assert words.endswith("kN at most, rear left")
+    assert "tip" in _outrigger(lift | {"outrigger_kn": None})[0][1]
+    assert _outrigger({}) == []
