@@ -62,12 +62,12 @@ def init(
     from bimvox.site.machine import MACHINE_FILE
     from bimvox.site.means import Means
 
-    require_input(model)
     target = out or default_output(model, ".site.toml")
     if crane is not None and crane.endswith(MACHINE_FILE):
         machines: tuple[Machine, ...] = (machine_in(Path(crane), _beside(Path(crane), target)),)
     else:
         machines = () if crane is None else machines_called(crane)
+    require_input(model)
     drawn = target.with_suffix(".svg") if target.suffix == ".toml" else target.with_name(target.name + ".svg")
     for path, why in ((target, "exists already and may hold edits"), (drawn, "exists already")):
         check_output(path, inputs=[model])
