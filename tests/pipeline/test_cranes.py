@@ -148,13 +148,13 @@ def test_a_machines_file_is_next_to_the_site_file(folder: Path, tmp_path: Path, 
 def test_init_says_why_smaller_machines_do_not_serve(tmp_path: Path) -> None:
     target = tmp_path / "prefab.site.toml"
     document = init(SAMPLES / "prefab.ifc", target, progress=SilentProgress())
-    assert document["crane"] == "hammerhead-45"
+    assert document["crane"] == "flat-top-155"
     reasons = {one["machine"]: one["reason"] for one in document["smaller_cranes"]}
-    assert set(reasons) == {"flat-top-75", "hammerhead-30"}
-    assert "storey 2 weighs 5.8 t" in reasons["flat-top-75"]
+    assert set(reasons) == {"flat-top-75", "hammerhead-30", "hammerhead-45", "flat-top-120"}
+    assert "storey 2 weighs 6.3 t" in reasons["flat-top-75"]
     text = target.read_text()
     assert f"flat-top-75 does not serve this site: {reasons['flat-top-75']} " in text.replace("\n# ", " ")
-    assert "# hammerhead-45 carries 137 of 137 parts from the yard to their places. Estimate: " in text
+    assert "# flat-top-155 carries 137 of 137 parts from the yard to their places. Estimate: " in text
     assert document["cannot_lift"] == []
     assert document["other_cranes"]
     assert not {*document["other_cranes"]} & {*reasons, document["crane"]}
