@@ -168,21 +168,16 @@ def _closed(held: Iterable[dict[str, Any]]) -> str:
 
 def _steps(held: Iterable[dict[str, Any]]) -> str:
     """Return the steps in which props are taken away."""
-    groups: dict[float, list[dict[str, Any]]] = {}
-    for one in held:
+    groups: dict[tuple[str, float], list[dict[str, Any]]] = {}
+    for one in sorted(held, key=lambda one: one["until_s"] or 0.0):
         if one["until_s"] is not None:
-            groups.setdefault(one["until_s"], []).append(one)
-    rows = [
-        row(
-            [
-                number(at_s, elapsed(at_s), "until_s"),
-                _date(those[0]["until_at"]),
-                number(sum(len(one["props"]) for one in those), f"{sum(len(one['props']) for one in those)}", "props"),
-                escape(", ".join(ranges(one["number"] for one in those))),
-            ]
-        )
-        for at_s, those in sorted(groups.items(), key=lambda one: (one[1][0]["until_at"] or "", one[0]))
-    ]
+            groups.setdefault((one["until_at"] or "", 0.0 if one["until_at"] else one["until_s"]), []).append(one)
+    rows = []
+    for (at, _), those in sorted(groups.items()):
+        last_s, count = max(one["until_s"] for one in those), sum(len(one["props"]) for one in those)
+        of = escape(", ".join(ranges(one["number"] for one in those)))
+        cells = [number(last_s, elapsed(last_s), "until_s"), _date(at or None), number(count, f"{count}", "props"), of]
+        rows.append(row(cells))
     head = ("May go from\nelapsed", "Date", "Props", "Of lifts")
     return table(head, rows, class_="words narrow", id_="prop-steps") if rows else ""
 
