@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -283,6 +283,17 @@ def verify_steps(plan: LiftPlan, motions: Sequence[LiftMotion], steps: Steps, st
     return check
 
 
+def elapsed_ns(pauses: Iterable[Pause], at_ns: int) -> int:
+    """Return elapsed time at a moment on the site's clock at which no pause is, or before the pause then."""
+    return at_ns + sum(pause.length_ns for pause in pauses if pause.at_ns < at_ns)
+
+
+def curing_ns(rules: Rules, part: Component) -> int:
+    """Return how long the joints of a lifted part cure after its release; 0 if they carry at once."""
+    hours = 0.0 if rules.curing is None else getattr(rules.curing, f"{work_of(part).value}_h")
+    return round(hours * 3600e9)
+
+
 class _Proof:
     def __init__(
         self,
@@ -320,14 +331,12 @@ class _Proof:
                 self._check_set(f"lift {lift.number} ({part.label})", part, self._elapsed_ns(motion.set_ns))
 
     def _elapsed_ns(self, at_ns: int) -> int:
-        """Return elapsed time at a moment on the site's clock at which no pause is, or before the pause then."""
-        return at_ns + sum(pause.length_ns for pause in self.pauses if pause.at_ns < at_ns)
+        return elapsed_ns(self.pauses, at_ns)
 
     def _cured_ns(self, motion: LiftMotion) -> int | None:
         """Return the elapsed time from which the joints of a lifted part carry what rests on it; None: at once."""
-        curing = self.site.rules.curing
-        hours = 0.0 if curing is None else getattr(curing, f"{work_of(self.site.components[motion.component]).value}_h")
-        return self._elapsed_ns(motion.released_ns) + round(hours * 3600e9) if hours else None
+        cures_ns = curing_ns(self.site.rules, self.site.components[motion.component])
+        return self._elapsed_ns(motion.released_ns) + cures_ns if cures_ns else None
 
     def _check_step(self, part: Component, step: Step, before: Step | None) -> None:
         name, look = f"lift {step.order + 1} ({part.label})", self.check.look

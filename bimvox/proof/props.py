@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from bimvox.proof.bodies.solid import is_inside, solid_of
 from bimvox.proof.bodies.triangles import TriangleCheck, shape_of
+from bimvox.proof.clock import curing_ns, elapsed_ns
 from bimvox.proof.plan import triangles_of
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
@@ -159,7 +160,7 @@ class _Proof:
         return self.work[n].begins_ns if n in self.work else None
 
     def _elapsed_ns(self, at_ns: int) -> int:
-        return at_ns + sum(pause.length_ns for pause in self.steps.pauses if pause.at_ns < at_ns)
+        return elapsed_ns(self.steps.pauses, at_ns)
 
     def _carries_ns(self, n: int) -> int | None:
         """Return from when a component carries; None if it is never set."""
@@ -167,9 +168,7 @@ class _Proof:
             return self.work[n].carries_ns
         if n not in self.motions:
             return None
-        curing = self.site.rules.curing
-        hours = 0.0 if curing is None else getattr(curing, f"{work_of(self.parts[n]).value}_h")
-        return self._elapsed_ns(self.motions[n].released_ns) + round(hours * 3600e9)
+        return self._elapsed_ns(self.motions[n].released_ns) + curing_ns(self.site.rules, self.parts[n])
 
     def _there_by(self, n: int, at_ns: int) -> bool:
         set_ns = self.set_ns[n]
@@ -228,8 +227,7 @@ class _Proof:
         side = np.array([-ahead[0][1], ahead[0][0]]) / np.hypot(*ahead[0])
         corners = part.mesh.vertices_m[part.mesh.faces.ravel(), :2] @ side
         at_m = np.array([np.array(one.head_m[:2]) @ side for one in held.props])
-        x, y, _ = part.hook_line_vox
-        hook_m = self.site.frame.corner_of(np.array(part.target_vox) + np.array([x + 0.5, y + 0.5, 0.0]))[:2] @ side
+        hook_m = self._hook_m(part) @ side
         wind_kn = self.rules.wind_kn_m2 * self._wide_m(part, ahead[0]) * high_m
         force = np.array([wind_kn + leans_kn, wind_kn * (corners.min() + corners.max()) / 2.0 + leans_kn * hook_m])
         on = np.array([[len(at_m), at_m.sum()], [at_m.sum(), at_m @ at_m]])
@@ -260,10 +258,8 @@ class _Proof:
         for n in (*self.triangles.carried_by(part), *held.by):
             below = self.parts[n].mesh
             pieces.append(own.intersection(shapely.MultiPoint(below.vertices_m[below.faces.ravel(), :2]).convex_hull))
-        x, y, _ = part.hook_line_vox
-        hook_m = self.site.frame.corner_of(np.array(part.target_vox) + np.array([x + 0.5, y + 0.5, 0.0]))[:2]
         whole = shapely.union_all(pieces).convex_hull.buffer(self.site.frame.voxel_size_m)
-        return bool(whole.contains(shapely.Point(*hook_m)))
+        return bool(whole.contains(shapely.Point(*self._hook_m(part))))
 
     def _check_prop(self, said: str, part: Component, prop: Prop, held: Held) -> None:
         look, head, foot = self.check.look, np.array(prop.head_m), np.array(prop.foot_m)
@@ -431,6 +427,12 @@ class _Proof:
     def _is_topping(self, other: Component, part: Component) -> bool:
         cast = other.means is Means.IN_SITU and kind_of(other) is Work.SLAB and other.index in self.work
         return cast and part.index in self.triangles.carried_by(other)
+
+    def _hook_m(self, part: Component) -> _Floats:
+        """Return the point on plan below the hook of a part at its place: its centre of mass."""
+        x, y, _ = part.hook_line_vox
+        below: _Floats = self.site.frame.corner_of(np.array(part.target_vox) + np.array([x + 0.5, y + 0.5, 0.0]))[:2]
+        return below
 
     def _touch(self, one: int, other: int) -> bool:
         (low, high), (other_low, other_high) = self.bounds[one], self.bounds[other]

@@ -127,14 +127,6 @@ class Props:
             found.append(Standing(one, steps.clock_ns(one.from_ns), None if kept else until_ns))
         return tuple(found)
 
-    def removals(self) -> list[tuple[int, tuple[Held, ...]]]:
-        """Return the steps in which props are taken away, in elapsed time, each with the parts whose props go then."""
-        groups: dict[int, list[Held]] = {}
-        for one in self.propped:
-            if one.until_ns is not None:
-                groups.setdefault(one.until_ns, []).append(one)
-        return [(at_ns, tuple(groups[at_ns])) for at_ns in sorted(groups)]
-
     def needed(self) -> dict[str, int]:
         """Return how many props of each type stand at the same time at most."""
         found: dict[str, int] = {}
