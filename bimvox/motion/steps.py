@@ -1,8 +1,9 @@
 """When work that the crane does not do is done, when joints have cured, and where the crane must pause for either.
 
-Work at a part begins when all earlier lifts of the sequence are set and what it rests on carries. One crew casts and
-another one sets parts by hand, each one part after the other. Meanwhile the crane does the lifts that do not rest on
-it; then it pauses. Work before the first lift is done before the clock starts.
+Work at a part begins when all earlier lifts of the sequence are set and what it rests on carries; a column or wall
+waits for the floor at its feet, too. One crew casts and another one sets parts by hand, each one part after the other.
+Meanwhile the crane does the lifts that do not wait for it; then it pauses. Work before the first lift is done before
+the clock starts.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from bimvox.records.steps import Pause, Step, Steps, cured_ns
 from bimvox.site.casting import curing_s, waits_for_joints, work_and_wait_s
 from bimvox.site.component import Component
 from bimvox.site.means import Means
-from bimvox.site.site import Site
+from bimvox.site.site import Site, floors_at_feet
 from bimvox.units import NS_PER_S
 
 _NOWHERE = 2**30
@@ -47,7 +48,8 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
         component = site.components[lift.component]
         under = resting.on(lift.component, held=lift.order in by_order)
         waits = waits_for_joints(site.rules.curing, component)
-        ready_ns = max((carries_ns[n] for n in under if n in carries_ns and (waits or n not in lifted)), default=0)
+        awaited = [n for n in under if waits or n not in lifted] + resting.floors(lift.component)
+        ready_ns = max((carries_ns[n] for n in awaited if n in carries_ns), default=0)
         so_far = Steps((), tuple(pauses))
         if (motion := by_order.get(lift.order)) is not None:
             if last_ns is None:
@@ -103,7 +105,7 @@ def may_pause(plan: LiftPlan) -> frozenset[int]:
 
     def may(lift: Lift) -> bool:
         waited_for = works | cures if waits_for_joints(rules.curing, parts[lift.component]) else works
-        return not waited_for.isdisjoint(resting.on(lift.component))
+        return not waited_for.isdisjoint((*resting.on(lift.component), *resting.floors(lift.component)))
 
     return frozenset(lift.order for lift in lifts if lift.status is Status.PLANNED and may(lift))
 
@@ -149,6 +151,12 @@ class Resting:
             found.update(np.flatnonzero(near).tolist())
         found.update(other for other in self._asked.get(number, ()) if earlier[other])
         return tuple(sorted(found))
+
+    def floors(self, number: int) -> list[int]:
+        """Return the earlier lifted floors at the feet of this component, whose joints it waits for."""
+        earlier = self._order < self._order[number]
+        found: list[int] = np.flatnonzero(floors_at_feet(self._site)[number] & earlier).tolist()
+        return found
 
     def bearing(self, number: int) -> NDArray[np.int64]:
         """Return the (N, 2) columns in which a part is on earlier ones, on the ground or over structure."""

@@ -256,9 +256,12 @@ def check_clock(check: Check, plan: LiftPlan, motions: Sequence[LiftMotion], con
 
 
 _ROUNDING_NS = 1
+_UPRIGHT = frozenset((Work.COLUMN, Work.WALL))
 _SPANNING = frozenset((Work.BEAM, Work.SLAB, Work.STAIR))
 """What spans; on the ground it is cast as a footing."""
 _ON_GROUND_M = 0.3
+_AT_FEET_M = 3.0
+_LEVEL_M = 0.5
 
 
 def verify_steps(plan: LiftPlan, motions: Sequence[LiftMotion], steps: Steps, store: Store | None = None) -> Check:
@@ -366,7 +369,7 @@ class _Proof:
     def _check_set(self, name: str, part: Component, at_ns: int) -> None:
         """Check that what a part rests on, or must come after, carries at a time."""
         own, curing = self._order(part), self.site.rules.curing
-        waits = curing is not None and (curing.floors_wait or kind_of(part) in (Work.COLUMN, Work.WALL))
+        waits = curing is not None and (curing.floors_wait or kind_of(part) in _UPRIGHT)
         under = set(self.triangles.carried_by(part))
         under |= {other.index for other in self.site.components if other.id in part.after or part.id in other.before}
         for other in sorted(under):
@@ -384,6 +387,25 @@ class _Proof:
                     f"{name}: it is there at {at_ns / 1e9:.3f} s of elapsed time; the joints of "
                     f"{self.site.components[other].label} under it have cured at {cured_ns / 1e9:.3f} s",
                 )
+
+        for other in self._floors_at_feet(part) if curing is not None and kind_of(part) in _UPRIGHT else ():
+            self.check.look(
+                at_ns >= (ends_ns := self.cured_ns[other] or 0) - _ROUNDING_NS,
+                f"{name}: it is there at {at_ns / 1e9:.3f} s of elapsed time; the joints of "
+                f"{self.site.components[other].label} at its feet have cured at {ends_ns / 1e9:.3f} s",
+            )
+
+    def _floors_at_feet(self, part: Component) -> Iterator[int]:
+        """Yield the floors that were lifted earlier and that the crew stands on which sets an upright part."""
+        low_m, high_m = part.mesh.vertices_m.min(axis=0), part.mesh.vertices_m.max(axis=0)
+        for motion in self.motions.values():
+            floor = self.site.components[motion.component]
+            if motion.order >= self._order(part) or kind_of(floor) is not Work.SLAB:
+                continue
+            points_m = floor.mesh.vertices_m
+            apart_m = np.maximum(points_m.min(axis=0) - high_m, low_m - points_m.max(axis=0))[:2].max()
+            if apart_m <= _AT_FEET_M and abs(low_m[2] - points_m[:, 2].max()) <= _LEVEL_M:
+                yield floor.index
 
     def _order(self, part: Component) -> int:
         return next(lift.order for lift in self.lifts if lift.component == part.index)

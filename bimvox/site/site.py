@@ -18,11 +18,21 @@ from bimvox.bim.building import part_name as part_name
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.kept import kept
-from bimvox.site.casting import FIELD_BUILDING, FIELD_CASTING, BuildingTimes, Casting, Curing
+from bimvox.site.casting import (
+    FIELD_BUILDING,
+    FIELD_CASTING,
+    BuildingTimes,
+    Casting,
+    Curing,
+    curing_s,
+    waits_for_joints,
+)
 from bimvox.site.component import Component
 from bimvox.site.crew_times import FIELD_TIMES, TimesByWork
 from bimvox.site.default_rules import Kept, YardRules
+from bimvox.site.means import Means
 from bimvox.site.props import PropRules
+from bimvox.site.work import Work, kind_of
 from bimvox.sparse import SPARSE, names_to_write
 
 GROUND_ID = "ground"
@@ -272,6 +282,32 @@ def parts_beside(site: Site) -> NDArray[np.bool_]:
     for part in site.components:
         named = [numbers[one] for one in (*part.hints.connected, *part.before, *part.after) if one in numbers]
         near[part.index, named] = near[named, part.index] = True
+    near.flags.writeable = False
+    return near
+
+
+FLOOR_LEVEL_M = 0.5
+"""A floor whose top is no further above or below the foot of a part is the one that it is set from."""
+
+
+@kept
+def floors_at_feet(site: Site) -> NDArray[np.bool_]:
+    """Return (N, N) whether a component waits for the joints of another one: a lifted floor at its feet.
+
+    The crew that sets a column or wall stands on that floor, and its props are fixed to it. Their distance is that of
+    their boxes.
+    """
+    parts, curing = site.components, site.rules.curing
+    bounds_m = np.array([part.mesh.bounds_m for part in parts]).reshape(-1, 2, 3)
+    stands = [waits_for_joints(curing, part) and kind_of(part) in (Work.COLUMN, Work.WALL) for part in parts]
+    floors = [
+        part.means is Means.CRANE and kind_of(part) is Work.SLAB and curing_s(curing, part) > 0.0 for part in parts
+    ]
+    near = np.array(stands, np.bool_)[:, None] & np.array(floors, np.bool_)
+    for low_m, high_m in zip(bounds_m[:, 0, :2].T, bounds_m[:, 1, :2].T, strict=True):
+        apart_m = low_m[:, None] - high_m
+        near &= np.maximum(apart_m, apart_m.T) <= BESIDE_M + _SLACK_M
+    near &= np.abs(bounds_m[:, None, 0, 2] - bounds_m[:, 1, 2]) <= FLOOR_LEVEL_M + _SLACK_M
     near.flags.writeable = False
     return near
 

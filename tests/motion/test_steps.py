@@ -19,7 +19,7 @@ from bimvox.records.steps import Pause, Step, Steps
 from bimvox.site.casting import FIELD_CASTING, FIELD_CURING, CastTimes, Curing
 from bimvox.site.component import OrderHints
 from bimvox.site.means import Means
-from bimvox.site.site import Rules
+from bimvox.site.site import Rules, floors_at_feet
 
 H = 3600 * 10**9
 ORDER = ("left", "right", "aside", "beam", "slab")
@@ -158,6 +158,44 @@ def test_by_default_a_storey_waits_for_the_joints_of_the_one_below_and_floors_do
         late = verify_steps(plan, motions, Steps())
         assert bool(late.failures) == bool(steps.pauses)
     assert waiting == {(0.0, False): set(), (5.0, False): {"upper"}, (5.0, True): {"beam", "upper"}}
+
+
+PLANK = {"ifc_class": "IfcSlab"}
+STOREY = [
+    ("lower", (2.0, 1.4, 0.0), (2.4, 1.8, 3.0), COLUMN),
+    ("beside", (2.6, 1.0, 2.8), (5.0, 2.2, 3.0), PLANK),
+    ("one", (2.6, 1.4, 0.0), (3.0, 1.8, 2.78), COLUMN),
+    ("other", (4.6, 1.4, 0.0), (5.0, 1.8, 2.78), COLUMN),
+    ("far", (2.0, 7.0, 0.0), (2.4, 7.4, 3.0), COLUMN),
+    ("upper", (2.0, 1.4, 3.02), (2.4, 1.8, 5.5), COLUMN),
+    ("far upper", (2.0, 7.0, 3.02), (2.4, 7.4, 5.5), COLUMN),
+]
+
+
+def test_a_column_waits_for_the_joints_of_the_floor_at_its_feet_though_it_does_not_rest_on_it():
+    crane = test_crane(base=(10.0, -3.0, 0.0), jib=40.0, height=20.0)
+    curing = Curing(slab_h=5.0, floors_wait=False)
+    site = box_site(STOREY, crane=crane, shape=(50, 50, 36), rules=Rules(curing=curing))
+    ranks = ("lower", "one", "other", "far", "beside", "upper", "far upper")
+    parts = (dataclasses.replace(one, hints=OrderHints(rank=ranks.index(one.id))) for one in site.components)
+    site = dataclasses.replace(site, components=tuple(parts))
+    number = {part.id: part.index for part in site.components}
+    waits = floors_at_feet(site)
+    assert {(one, other) for one in number for other in number if waits[number[one], number[other]]} == {
+        ("upper", "beside")
+    }  # not the columns below it, and not the one that is 5 m away
+    preparation = prepare(site)
+    plan = plan_lifts(site, preparation)
+    motions = time_plan(plan, preparation)
+    steps, _, order = steps_by_name(plan, motions)
+    of = {name: next(one for one in motions if one.order == order[name]) for name in order}
+    assert order["beside"] < order["upper"]
+    cured_ns = of["beside"].released_ns + 5 * H
+    assert steps.starting_ns(of["upper"].start_ns) == cured_ns
+    assert [pause.order for pause in steps.pauses] == [order["upper"]] == sorted(may_pause(plan))
+    assert verify_steps(plan, motions, steps).passed
+    (late,) = verify_steps(plan, motions, Steps()).failures
+    assert "beside (IfcSlab) at its feet" in late or "beside at its feet" in late
 
 
 def test_what_is_cast_on_lifted_parts_waits_for_their_joints():

@@ -37,7 +37,7 @@ from bimvox.planning.order.relations import Precedence
 from bimvox.planning.order.sequence import ErectionSequence, Prefer, Sequencer
 from bimvox.planning.yard import allocate_yard, near_upended, risen
 from bimvox.records.unloading import fit_lorries
-from bimvox.site.site import Site
+from bimvox.site.site import Site, floors_at_feet
 
 # A local search on the erection sequence: less time, by the estimate of ``makespan``.
 #
@@ -431,7 +431,8 @@ class FasterOrder:
     def _fixed_pairs(self, sequence: ErectionSequence, places: Places) -> NDArray[np.bool_]:
         """Return the pairs that keep their order.
 
-        So do those of different deliveries, of one stack or rack, and a part that lies near one that is upended.
+        So do those of different deliveries, of one stack or rack, a part that lies near one that is upended, and a part
+        and the floor at its feet.
         """
         order = sequence.order
         lies = np.array([(-1, 0, 0) if p is None else (p.delivery, p.stack, p.rack) for p in places])
@@ -442,6 +443,7 @@ class FasterOrder:
             same & (((stack[:, None] == stack[None]) & (stack > 0)) | ((rack[:, None] == rack[None]) & (rack != 0)))
         )
         kept |= same & near_upended(self._site, places)
+        kept |= floors_at_feet(self._site).T
         position = _positions(order)
         fixed = self._sequencer.fixed_pairs(order)
         fixed |= kept & (position[:, None] < position[None])

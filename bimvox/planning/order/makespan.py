@@ -38,7 +38,7 @@ from bimvox.site.casting import curing_s, waits_for_joints, work_and_wait_s
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times, standing_s
 from bimvox.site.lifting import crane_for
 from bimvox.site.means import Means
-from bimvox.site.site import Site, parts_beside
+from bimvox.site.site import Site, floors_at_feet, parts_beside
 
 # The separation of several cranes as the estimate of an order sees it (rule R4 of ``cranes.schedule``).
 #
@@ -258,7 +258,7 @@ class OrderTimes(NamedTuple):
         work_s: (N,) how long other work takes.
         crew: (N,) int64 who does that: 0 casts, 1 sets by hand, 2 builds, 3 nobody that is known.
         first: (N + 1,) int64 where those that it rests on begin in ``under``.
-        under: (M,) int64.
+        under: (M,) int64; floors at the feet of a part, too, which hold it up only if they come earlier.
         apart: What keeps several cranes apart.
         beside: (N, N) which parts stand next to each other, of several cranes.
     """
@@ -340,8 +340,12 @@ def order_times(
     lead_s[lifted] = (upend_s + [one.hook_on_s + TRIAL_LIFT_S for one in crew])[lifted]
     hold_s = np.where(lifted, [curing_s(rules.curing, part) for part in parts], [wait_s for _, wait_s in works])
     # What carries at once holds nothing up.
-    waits = [waits_for_joints(rules.curing, part) for part in parts]
-    under = [[j for j in own if not lifted[j] or (hold_s[j] > 0.0 and waits[n])] for n, own in enumerate(supports)]
+    waits, floors = [waits_for_joints(rules.curing, part) for part in parts], floors_at_feet(site)
+    under = [
+        [j for j in own if not lifted[j] or (hold_s[j] > 0.0 and waits[n])]
+        + np.flatnonzero(floors[n] & lifted).tolist()
+        for n, own in enumerate(supports)
+    ]
     spans_s[:, 1:] *= (carry_s / np.maximum(spans_s[:, 1:].sum(axis=1), 1e-9))[:, None]
     spans_s[:, 0] = lead_s
     return OrderTimes(
@@ -432,6 +436,8 @@ def walk(
     width = states.shape[1]
     for column in range(width):  # numba copies a slice by way of memory that it allocates
         states[first, column] = before[first, column]
+    for n in range(first, count):  # what comes later holds nothing up
+        carries_s[order[n]] = 0.0
     for n in range(first, count):
         i = order[n]
         now = n + 1

@@ -161,6 +161,20 @@ def test_a_walk_from_the_middle_ends_as_one_from_the_start(cranes: int, under: t
     assert known.states[count, at] + later_s == pytest.approx(makespan_s(times, new.tolist()))
 
 
+def test_what_comes_later_holds_nothing_up() -> None:
+    """A floor at the feet of a part holds it up only if it is set before it; a course is written over and over."""
+    times, order = times_of(4, under=(1,)), np.array([0, 1, 2, 3])
+    known, trial = course_of(4, 1), course_of(4, 1)
+    walk(times, times.crane, order, (0, 4), known, known)
+    walk(times, times.crane, order, (0, 4), known, trial)
+    before = np.array([0, 3, 2, 1])
+    walk(times, times.crane, before, (1, 4), known, trial)
+    at = trial.states.shape[1] - COLUMNS + 1
+    own_s = (times.lead_s + times.carry_s[0] + times.off_s).sum()
+    empty_s = sum(times.empty_s[0, a, b] for a, b in itertools.pairwise(before.tolist()))
+    assert trial.states[-1, at] == pytest.approx(own_s + empty_s) == makespan_s(times, before.tolist())
+
+
 def test_the_search_finds_the_fastest_of_all_orders_that_keep_the_fixed_pairs() -> None:
     times, fixed = times_of(7, seed=5), np.zeros((7, 7), np.bool_)
     fixed[0, 6] = fixed[2, 5] = True
