@@ -7,7 +7,8 @@ travel time is used, including the travel from the part before; of equally good 
 
 A new delivery begins if the next part does not fit into the yard or onto its lorries (:mod:`bimvox.records.unloading`),
 if the site file gives its place to another part of the delivery, or where the fewest lorries come in all: cuts are
-searched with the yard as it is. A part lies turned only if it otherwise fits nowhere, or if a lorry less comes then.
+searched with the yard as it is. So does one where the sequence waits long (:mod:`bimvox.planning.long_waits`): the rest
+comes near its day. A part lies turned only if it otherwise fits nowhere, or if a lorry less comes then.
 It arrives when every earlier lift is finished. By then the yard is empty except for places that the site file gives to
 later parts, so an earlier arrival could bring no more. Parts of an earlier delivery that could not be lifted go back
 with a lorry.
@@ -32,6 +33,7 @@ from numpy.typing import NDArray
 from bimvox.crane.travel import Travel
 from bimvox.grid.frame import whole_cells
 from bimvox.planning.best_place import BestPlace, Clearance, Lying, counts
+from bimvox.planning.long_waits import begin_days, ends_by_waits
 from bimvox.planning.occupancy import highest_around
 from bimvox.planning.stacks import Racks, Rectangle, Stacks, Taken, is_racked, is_stacked
 from bimvox.records.lift import YardPlace, yard_place
@@ -46,17 +48,22 @@ from bimvox.site.site import HeadingRule, Site
 _GAP_VOX = 1
 
 
-def allocate_yard(site: Site, order: tuple[int, ...], *travels: Travel) -> tuple[YardPlace | None, ...]:
+def allocate_yard(
+    site: Site, order: tuple[int, ...], *travels: Travel, waits_for: Sequence[Sequence[int]] = ()
+) -> tuple[YardPlace | None, ...]:
     """Return the place of every component in the yard, for an order; without travel times the first free place.
+
+    ``waits_for``: per component, those that it waits for; without them, no wait ends a delivery.
 
     Returns per component (by index) its place; None if it does not fit into the empty yard, turned or not.
     """
     parts = [index for index in order if site.components[index].means is Means.CRANE]
-    fewest = fewest_lorries(site, [site.components[index] for index in parts])
-    allocation = _Allocation(site, parts, travels)
+    ends = ends_by_waits(parts, begin_days(site, order, waits_for) if waits_for else {})
+    fewest = fewest_lorries(site, [site.components[index] for index in parts], ends)
+    allocation = _Allocation(site, parts, travels, ends)
     lorries, cuts = _cuts(allocation, fewest)
     if lorries > fewest[0]:
-        fuller = _Allocation(site, parts, travels, turns=True)
+        fuller = _Allocation(site, parts, travels, ends, turns=True)
         fewer, others = _cuts(fuller, fewest)
         if fewer < lorries:
             allocation, cuts = fuller, others
@@ -103,12 +110,15 @@ class _Allocation:
         site: The site.
         parts: What cranes lift, in the order of the lifts.
         travels: Travel times of the cranes.
+        ends: Where a delivery ends at the latest that begins with each of them.
         turns: Whether a part is turned so that it has room; otherwise it comes with the next delivery if that helps.
     """
 
-    def __init__(self, site: Site, parts: Sequence[int], travels: Sequence[Travel], *, turns: bool = False) -> None:
+    def __init__(
+        self, site: Site, parts: Sequence[int], travels: Sequence[Travel], ends: Sequence[int], *, turns: bool = False
+    ) -> None:
         self.site = site
-        self._parts, self._turns = parts, turns
+        self._parts, self._ends, self._turns = parts, ends, turns
         self._empty = _open_yard(site)
         self._best = BestPlace(site, _fixed_tops(site), tuple(travels))
         self._borders = sorted({margin_vox(site), margin_vox(site, NOTHING_KEPT)}, reverse=True)
@@ -127,9 +137,10 @@ class _Allocation:
     def ends(self, first: int) -> list[tuple[int, int]]:
         """Return where a delivery may end that begins with a part, and how many lorries it then is.
 
-        It ends where another lorry would come, at the latest where the yard or its lorries are full.
+        It ends where another lorry would come, at the latest where the yard or its lorries are full, or before a
+        long wait.
         """
-        made = self._made[first] = self._delivery(first, len(self._parts))
+        made = self._made[first] = self._delivery(first, self._ends[first])
         return sorted((end, lorries) for lorries, end in made.ends.items())
 
     def deliver(self, number: int, first: int, end: int) -> None:

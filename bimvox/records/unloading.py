@@ -361,17 +361,22 @@ def lorries_of(site: Site, delivery: Iterable[Lift]) -> Lorries:
     return found
 
 
-def fewest_lorries(site: Site, parts: Sequence[Component]) -> list[int]:
+def fewest_lorries(site: Site, parts: Sequence[Component], ends: Sequence[int]) -> list[int]:
     """Return how many lorries bring the parts from each one on, and those after the last, in a yard without limits.
 
-    ``parts`` in the order of their lifts. Zeros if deliveries are not limited.
+    Zeros if deliveries are not limited.
+
+    Args:
+        site: The site.
+        parts: In the order of their lifts.
+        ends: Where a delivery ends at the latest that begins with each of them.
     """
     fewest = [0] * (len(parts) + 1)
     if not site.rules.truckload_kg:
         return fewest
     for first in range(len(parts) - 1, -1, -1):
         load, counts = Lorries(site), []
-        for end, part in enumerate(parts[first:], start=first + 1):
+        for end, part in enumerate(parts[first : ends[first]], start=first + 1):
             if load.is_full_for(part):
                 break
             load.add(part)

@@ -172,7 +172,7 @@ def test_no_other_deliveries_come_on_fewer_lorries_to_a_small_yard(lengths, dept
     lying = dataclasses.replace(SEVERAL, stack_parts=1)
     site = slab_site(sizes, lying, crane=False, rules={"truckload_kg": 24_000.0}, yard=yard)
     parts = range(len(sizes))
-    allocation = _Allocation(site, parts, (), turns=turns)
+    allocation = _Allocation(site, parts, (), [len(parts)] * len(parts), turns=turns)
 
     def least(first: int) -> int:
         if first == len(parts):
@@ -181,7 +181,7 @@ def test_no_other_deliveries_come_on_fewer_lorries_to_a_small_yard(lengths, dept
             _lorries_in(site, first, end) + least(end) for end in range(first + 1, allocation.ends(first)[-1][0] + 1)
         )
 
-    found, cuts = _cuts(allocation, fewest_lorries(site, site.components))
+    found, cuts = _cuts(allocation, fewest_lorries(site, site.components, [len(parts)] * len(parts)))
     assert found == least(0) == sum(_lorries_in(site, *span) for span in pairwise(cuts))
 
 
@@ -208,7 +208,7 @@ def test_a_delivery_ends_where_the_fewest_lorries_come_in_all():
     """Greedily, the first two lorries would bring a panel; the other two would then need two more."""
     slab, panel = (6.0, 2.0, 0.2), (4.0, 3.2, 0.2)
     site = site_of((*(slab,) * 4, panel, panel, slab, panel), dataclasses.replace(SEVERAL, lorries=2), 24_000.0)
-    assert fewest_lorries(site, site.components) == [3, 2, 2, 2, 2, 2, 2, 1, 0]
+    assert fewest_lorries(site, site.components, [8] * 8) == [3, 2, 2, 2, 2, 2, 2, 1, 0]
     plan = planned(site)
     found = unloading_of(CalendarConfig(), plan.site, plan.lifts)
     assert found.lorries == sum(lorries_of(plan.site, own).count for own in deliveries_of(plan.lifts).values()) == 3

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel, leaf_kernel
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.travel import Travel
+from bimvox.planning.long_waits import are_in_time, begin_days
 from bimvox.planning.order.makespan import (
     STATE_COLUMNS,
     Course,
@@ -226,13 +228,11 @@ _WORTH = 1.02
 def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[ErectionSequence, Places]:
     """Return an erection sequence and its places in the yard."""
     sequence = sequencer.lowest_first()
+    allocate = partial(allocate_yard, site, waits_for=sequencer.waits_for)
     if not site.cranes:
-        return sequence, allocate_yard(site, sequence.order)
+        return sequence, allocate(sequence.order)
     travels = [travel_of(site, crane) for crane in site.cranes]
-    rounds = [
-        (sequence, allocate_yard(site, sequence.order)),
-        (sequence, allocate_yard(site, sequence.order, *travels)),
-    ]
+    rounds = [(sequence, allocate(sequence.order)), (sequence, allocate(sequence.order, *travels))]
     for _ in range(_ROUNDS):
         prefer: Prefer
         if site.has_several_cranes:
@@ -242,7 +242,7 @@ def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[ErectionSequence, 
         else:
             prefer = _Quickest(site, travels[0], rounds[-1][1])
         sequence = sequencer.order(prefer)
-        rounds.append((sequence, allocate_yard(site, sequence.order, *travels)))
+        rounds.append((sequence, allocate(sequence.order, *travels)))
     # With several cranes, the plain order does not balance them.
     first = 2 if site.has_several_cranes else 0
     most = max(_with_place(places) for _, places in rounds[first:])
@@ -407,10 +407,11 @@ class FasterOrder:
             whose = zip(site.components, cranes, strict=True)
             parts = tuple(part if k in (-1, part.crane) else replace(part, crane=k) for part, k in whose)
             site = replace(site, components=parts)
-        choices = [allocate_yard(site, sequence.order, *self._travels)]
+        choices = [allocate_yard(site, sequence.order, *self._travels, waits_for=self._sequencer.waits_for)]
         position = _positions(sequence.order)
         deliveries = {part: place.delivery for part, place in enumerate(now.places) if place is not None}
         is_kept = not (fixed & (position[:, None] > position[None])).any()
+        is_kept &= are_in_time(begin_days(site, sequence.order, self._sequencer.waits_for), deliveries)
         lorries = [fit_lorries(site, order.order, deliveries) for order in (sequence, now.sequence)]
         if is_kept and lorries[0] is not None and (lorries[1] is None or lorries[0] <= lorries[1]):
             choices.insert(0, risen(site, sequence.order, now.places))

@@ -252,6 +252,10 @@ class ErectionSequence:
 class Sequencer:
     """Makes erection sequences of a site.
 
+    Attributes:
+        waits_for: Per component, those that it rests on, or without such ones may be held by, and those that the site
+            file asks to be earlier.
+
     Raises:
         SequenceError: If no order satisfies the site file's ``before`` and ``after``; names the cycle.
     """
@@ -264,6 +268,12 @@ class Sequencer:
         self._stages = np.array([number[stage] for stage in own], np.int64)
         self._foot_m = np.array([float(c.mesh.bounds_m[0, 2]) for c in site.components])
         self._rank = [(c.target_vox[2], c.target_vox[:2], c.index) for c in site.components]
+        self.waits_for = [
+            (*(on or (() if ground else holds)), *first)
+            for on, ground, holds, first in zip(
+                relations.supports, relations.grounded, relations.holds, relations.wanted, strict=True
+            )
+        ]
         # Whether a part is held before any other one is placed, and by part those that it can hold.
         held = zip(relations.supports, relations.grounded, relations.holds, strict=True)
         self._is_held = np.array([bool(on) or ground or not holds for on, ground, holds in held], np.bool_)
