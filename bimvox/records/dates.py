@@ -7,13 +7,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from datetime import date, datetime, timedelta
 from heapq import heappop, heappush
+from itertools import chain
 from operator import itemgetter
 
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.programme import PERCENTILES, TaskDates, Weather, added_ns
 from bimvox.records.steps import Step, Steps, cured_ns
-from bimvox.records.unloading import Unloading, is_unloaded_by_crane, unloading_of, unloading_s
+from bimvox.records.unloading import Unloading, is_unloaded_by_crane, unloading_by_lorry_s, unloading_of
 from bimvox.site.config.calendar import CalendarConfig, UncertaintyConfig, day_h
 from bimvox.site.means import Means
 from bimvox.site.site import Site
@@ -116,6 +117,8 @@ def _hours(crew: Crew, spans: Sequence[_Span], works_ns: int, work: WorkTime) ->
 
 
 _NS_PER_US = 1000
+_NIGHT_NS = 3 * 3600 * NS_PER_S
+"""A shorter stop between two stretches of work is a break: a lorry waits for it on the site."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,6 +172,30 @@ class WorkTime:
             n -= 1
             until_ns = self._ends[n]
         return max(self._starts[n], until_ns - work_ns)
+
+    def unloaded(self, at_ns: int, work_ns: int) -> _Span:
+        """Return begin and end of unloading a lorry as soon as possible: overnight only if no day is enough."""
+        begins_ns = self.fitting(at_ns, 0)
+        morning_ns = self._morning_in(begins_ns, work_ns)
+        if morning_ns is not None and self._morning_in(morning_ns, work_ns) is None:
+            begins_ns = morning_ns
+        return begins_ns, self.worked(begins_ns, work_ns)
+
+    def unloaded_by(self, until_ns: int, work_ns: int) -> int:
+        """Return the latest time to begin unloading a lorry so that it is empty by a time, in the same way."""
+        begins_ns = self.begun(until_ns, work_ns)
+        morning_ns = self._morning_in(begins_ns, work_ns)
+        if morning_ns is not None:
+            before_ns = self.begun(self._ends[self._stretch(morning_ns) - 1], work_ns)
+            if self._morning_in(before_ns, work_ns) is None:
+                return before_ns
+        return begins_ns
+
+    def _morning_in(self, begins_ns: int, work_ns: int) -> int | None:
+        """Return when work goes on after the first night that interrupts it; None if none does."""
+        first, last = self._stretch(begins_ns), self._stretch(self.worked(begins_ns, work_ns) - 1)
+        mornings = (n for n in range(first + 1, last + 1) if self._starts[n] - self._ends[n - 1] >= _NIGHT_NS)
+        return next((self._starts[n] for n in mornings), None)
 
     def days_before(self, at_ns: int, days: int) -> int:
         """Return when the working day begins that is so many working days before the day of a time."""
@@ -235,7 +262,8 @@ class PlanDates:
         begins: When work may begin, local time.
         lifts: Start and release of each lift, by order.
         steps: Begin, end and when it carries of each step of work that the crane does not do, by order.
-        deliveries: Begin and end of the unloading of each delivery, by its number; none if that takes no time.
+        lorries: Begin and end of the unloading of each lorry of each delivery, by its number; none if that takes no
+            time.
         setup: Begin and end of the set-up of the crane; None if that takes no time.
         too_long: Orders of the lifts that are longer than every uninterrupted stretch of work: they run on beyond it.
         blocks: What is not interrupted, ascending, and when each begins.
@@ -251,7 +279,7 @@ class PlanDates:
     begins: datetime
     lifts: Mapping[int, tuple[int, int]]
     steps: Mapping[int, tuple[int, int, int]]
-    deliveries: Mapping[int, tuple[int, int]]
+    lorries: Mapping[int, tuple[_Span, ...]]
     setup: tuple[int, int] | None
     too_long: tuple[int, ...]
     blocks: tuple[tuple[_Block, int], ...] = field(repr=False)
@@ -261,6 +289,11 @@ class PlanDates:
     programme: tuple[TaskDates, ...] = ()
     crews: tuple[_CrewHours, ...] = ()
     unloading: Unloading | None = None
+
+    @property
+    def deliveries(self) -> dict[int, _Span]:
+        """Begin and end of the unloading of each delivery, by its number; none if that takes no time."""
+        return {number: (spans[0][0], spans[-1][1]) for number, spans in self.lorries.items()}
 
     @property
     def hours(self) -> WorkingHours:
@@ -367,10 +400,10 @@ class PlanDates:
             "deliveries": [
                 {
                     "delivery": number,
-                    "arrives": self.moment(begin).isoformat(),
-                    "unloaded": self.moment(end).isoformat(),
+                    **self._unloaded((spans[0][0], spans[-1][1])),
+                    "lorries": [self._unloaded(span) for span in spans],
                 }
-                for number, (begin, end) in sorted(self.deliveries.items())
+                for number, spans in sorted(self.lorries.items())
             ],
             "notes": list(self.notes),
             **({} if self.unloading is None else {"unloading": asdict(self.unloading)}),
@@ -378,6 +411,9 @@ class PlanDates:
             **({"crews": [crew.document() for crew in self.crews]} if self.crews else {}),
             **({"programme": [task.document() for task in self.programme]} if self.programme else {}),
         }
+
+    def _unloaded(self, span: _Span) -> dict[str, str]:
+        return {"arrives": self.moment(span[0]).isoformat(), "unloaded": self.moment(span[1]).isoformat()}
 
     def _all(self) -> Iterator[tuple[int, int]]:
         yield from self.lifts.values()
@@ -409,7 +445,7 @@ def dates_of(
     cast = [
         dates.steps[step.order][:2] for step in steps.steps if site.components[step.component].means is Means.IN_SITU
     ]
-    unloaded = list(dates.deliveries.values())
+    unloaded = [span for spans in dates.lorries.values() for span in spans]
     dates = replace(dates, crews=crew_hours(site, calendar, set_by_crane, cast, unloaded, dates.work))
     times: dict[Work, list[int]] = {}
     for motion in sorted(motions, key=lambda motion: motion.order):
@@ -481,7 +517,7 @@ class _Walk:
         self.calendar, self.site, self.work = calendar, site, work
         self.lifts: dict[int, tuple[int, int]] = {}
         self.steps: dict[int, tuple[int, int, int]] = {}
-        self.deliveries: dict[int, tuple[int, int]] = {}
+        self.lorries: dict[int, tuple[_Span, ...]] = {}
         self.starts_ns: list[int] = []
         self._released: list[tuple[int, int]] = []  # of each lift: in the plan's elapsed time, in calendar time
         self._waits: list[tuple[int, int]] = []  # a heap, of the steps: when each carries, in both times
@@ -510,9 +546,11 @@ class _Walk:
                 self._step(item)
                 continue
             end_ns = self.work.worked(end_ns, item.begins_ns - clock_ns)
-            coming = sorted({delivery[order] for order in item.orders if order in delivery} - self.deliveries.keys())
+            coming = sorted({delivery[order] for order in item.orders if order in delivery} - self.lorries.keys())
             work_ns = {number: self._unloading_ns(number) for number in coming}
-            ready_ns = self.work.worked(end_ns, sum(work_ns.values()))
+            ready_ns = end_ns
+            for each_ns in chain.from_iterable(work_ns.values()):
+                ready_ns = self.work.unloaded(ready_ns, each_ns)[1]
             start_ns = self.work.fitting(max(ready_ns, self._carried_ns), item.ends_ns - item.begins_ns)
             self._unload(work_ns, end_ns, start_ns)
             self.starts_ns.append(start_ns)
@@ -529,7 +567,7 @@ class _Walk:
             self.work.begins,
             self.lifts,
             self.steps,
-            self.deliveries,
+            self.lorries,
             setup,
             tuple(sorted(order for block in long for order in block.orders)),
             tuple(zip(blocks, self.starts_ns, strict=True)),
@@ -537,24 +575,36 @@ class _Walk:
             is_unloaded_by_crane(self.calendar, self.site),
         )
 
-    def _unloading_ns(self, number: int) -> int:
-        return round(unloading_s(self.calendar, self.site, self._loads[number]) * NS_PER_S)
+    def _unloading_ns(self, number: int) -> tuple[int, ...]:
+        """Return the working time to unload each lorry of a delivery, in the order in which they come."""
+        times_s = unloading_by_lorry_s(self.calendar, self.site, self._loads[number])
+        return tuple(round(time_s * NS_PER_S) for time_s in times_s if time_s)
 
-    def _unload(self, work_ns: Mapping[int, int], from_ns: int, until_ns: int) -> None:
-        """Note when deliveries are unloaded: on the day of their first lift, or so many working days earlier.
+    def _unload(self, work_ns: dict[int, tuple[int, ...]], from_ns: int, until_ns: int) -> None:
+        """Note when lorries are unloaded: on the day of their delivery's first lift, or some working days earlier.
 
-        ``work_ns``: the working time of each, in the order in which they come; ``from_ns``: when the yard is free for
-        them; ``until_ns``: when the first lift of theirs starts.
+        One follows the other, and none stays overnight that can be unloaded in a day.
+
+        ``work_ns``: the working time of each lorry of each delivery, in the order in which they come; ``from_ns``: when
+        the yard is free for them; ``until_ns``: when the first lift of theirs starts.
         """
-        for number in sorted(work_ns, reverse=True):
-            if not work_ns[number]:
+        earliest_ns = {}
+        for number, lorries_ns in work_ns.items():
+            earliest_ns[number] = from_ns
+            for each_ns in lorries_ns:
+                from_ns = self.work.unloaded(from_ns, each_ns)[1]
+        for number, lorries_ns in reversed(work_ns.items()):
+            if not lorries_ns:
                 continue
-            earliest_ns = self.work.worked(from_ns, sum(work_ns[one] for one in work_ns if one < number))
-            begins_ns = self.work.begun(until_ns, work_ns[number])
-            begins_ns = self.work.days_before(begins_ns, self.calendar.delivery_days)
-            begins_ns = self.work.fitting(max(earliest_ns, begins_ns), 0)
-            self.deliveries[number] = (begins_ns, self.work.worked(begins_ns, work_ns[number]))
-            until_ns = begins_ns
+            for each_ns in reversed(lorries_ns):
+                until_ns = self.work.unloaded_by(until_ns, each_ns)
+            at_ns = max(earliest_ns[number], self.work.days_before(until_ns, self.calendar.delivery_days))
+            spans = []
+            for each_ns in lorries_ns:
+                spans.append(self.work.unloaded(at_ns, each_ns))
+                at_ns = spans[-1][1]
+            self.lorries[number] = tuple(spans)
+            until_ns = spans[0][0]
 
     def _lift(self, motion: LiftMotion, shift_ns: int) -> tuple[int, int]:
         """Return start and release of a lift; the empty hook's way to it may begin after a break, not before it."""

@@ -100,7 +100,7 @@ def unloading_of(calendar: CalendarConfig, site: Site, lifts: Iterable[Lift]) ->
     """Return the unloading of all deliveries of a plan; ``lifts`` are all of the plan."""
     deliveries = list(deliveries_of(lifts).values())
     lorries = [lorries_of(site, delivery) for delivery in deliveries]
-    each_s = (_unloading_s(calendar, site, *one) for one in zip(deliveries, lorries, strict=True))
+    each_s = (unloading_s(calendar, site, *one) for one in zip(deliveries, lorries, strict=True))
     seconds = sum(each_s) if site.cranes else 0.0
     return Unloading(**asdict(_loads(site, lorries)), seconds=seconds, is_by_crane=is_unloaded_by_crane(calendar, site))
 
@@ -142,17 +142,34 @@ def is_unloaded_by_crane(calendar: CalendarConfig, site: Site) -> bool:
     return calendar.unloading_s is None and site.access is not None and bool(site.cranes)
 
 
-def unloading_s(calendar: CalendarConfig, site: Site, delivery: Sequence[Lift]) -> float:
-    """Return the time to unload a delivery: by the site file for each lorry, otherwise the crane's, or the usual."""
-    return _unloading_s(calendar, site, delivery, None)
+def unloading_s(
+    calendar: CalendarConfig, site: Site, delivery: Sequence[Lift], lorries: Lorries | None = None
+) -> float:
+    """Return the time to unload a delivery: by the site file for each lorry, otherwise the crane's, or the usual.
 
-
-def _unloading_s(calendar: CalendarConfig, site: Site, delivery: Sequence[Lift], lorries: Lorries | None) -> float:
-    """Return the time to unload a delivery; ``lorries`` are its own, if they are known."""
+    ``lorries`` are its own, if they are known.
+    """
     if is_unloaded_by_crane(calendar, site):
         return sum(one.duration_s for one in unloading_lifts(site, delivery))
-    each_s = USUAL_UNLOADING_S if calendar.unloading_s is None else calendar.unloading_s
-    return each_s * max(1, (lorries or lorries_of(site, delivery)).count)
+    return _each_s(calendar) * max(1, (lorries or lorries_of(site, delivery)).count)
+
+
+def unloading_by_lorry_s(calendar: CalendarConfig, site: Site, delivery: Sequence[Lift]) -> tuple[float, ...]:
+    """Return the time to unload each lorry of a delivery, in the order in which they come: the last one first."""
+    lorries = lorries_of(site, delivery)
+    count = max(1, lorries.count)
+    if not is_unloaded_by_crane(calendar, site):
+        return (_each_s(calendar),) * count
+    lorry = {part.index: number for number, load in enumerate(lorries.loads) for part in load}
+    component = {lift.order: lift.component for lift in delivery}
+    times_s = [0.0] * count
+    for one in unloading_lifts(site, delivery):
+        times_s[lorry.get(component[one.order], 0)] += one.duration_s
+    return tuple(reversed(times_s))
+
+
+def _each_s(calendar: CalendarConfig) -> float:
+    return USUAL_UNLOADING_S if calendar.unloading_s is None else calendar.unloading_s
 
 
 def unloading_lifts(site: Site, delivery: Sequence[Lift]) -> tuple[UnloadingLift, ...]:

@@ -218,6 +218,42 @@ def test_a_delivery_may_come_some_working_days_before_if_the_yard_is_free(days):
     assert far.deliveries[1][0] >= far.lifts[0][1], "the yard is full until then"
 
 
+LORRIES_S = st.lists(st.lists(st.integers(600, 4 * 3600), min_size=1, max_size=5), min_size=3, max_size=3)
+
+
+@settings(max_examples=100, deadline=None)
+@given(LORRIES_S, st.lists(st.integers(600, 7000), min_size=6, max_size=6), st.integers(0, 2))
+def test_lorries_come_one_after_the_other_within_a_day_and_before_their_lifts(lorries_s, lengths_s, days):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            "bimvox.records.dates.unloading_by_lorry_s",
+            lambda calendar, site, lifts: lorries_s[lifts[0].place.delivery],
+        )
+        found = dated(calendar_of(delivery_days=days), lengths_s, delivery=[0, 0, 1, 1, 2, 2])
+    at_ns = 0
+    for number, times_s in enumerate(lorries_s):
+        assert len(found.lorries[number]) == len(times_s)
+        for (begins_ns, ends_ns), time_s in zip(found.lorries[number], times_s, strict=True):
+            assert at_ns <= begins_ns, "the one before is empty, and the lifts of earlier deliveries are done"
+            assert found.work.between(begins_ns, ends_ns) == time_s * S
+            assert found.moment(begins_ns).date() == found.moment(ends_ns).date()
+            assert is_working(found, found.moment(begins_ns), found.moment(begins_ns) + timedelta(minutes=1))
+            at_ns = ends_ns
+        assert at_ns <= found.lifts[2 * number][0]
+        at_ns = found.lifts[2 * number + 1][1]
+    for entry in found.document()["deliveries"]:
+        assert len(entry["lorries"]) == len(lorries_s[entry["delivery"]])
+        assert entry["arrives"] == entry["lorries"][0]["arrives"]
+        assert entry["unloaded"] == entry["lorries"][-1]["unloaded"]
+
+
+def test_a_lorry_that_takes_longer_than_a_day_stays_overnight():
+    found = dated(calendar_of(unloading_s=12 * 3600.0), [600], delivery=[0])
+    begins, ends = (found.moment(at) for at in found.deliveries[0])
+    assert (begins.date(), ends.date()) == (MONDAY, MONDAY + timedelta(days=1))
+    assert found.work.between(*found.deliveries[0]) == 12 * H
+
+
 @given(first=st.dates(MONDAY, MONDAY + timedelta(days=365)), lost=st.floats(0.0, 6.0))
 def test_wind_takes_its_days_of_each_month_evenly_and_nothing_of_short_work(first, lost):
     plain = calendar_of(country="DE").hours

@@ -9,9 +9,16 @@ from planned_sites import planned, portal_crane, portal_site, rectangle
 from bimvox.records import unloading
 from bimvox.records.dates import dates_of
 from bimvox.records.steps import Steps
-from bimvox.records.unloading import is_unloaded_by_crane, unloading_of, unloading_s
+from bimvox.records.unloading import (
+    is_unloaded_by_crane,
+    unloading_by_lorry_s,
+    unloading_lifts,
+    unloading_of,
+    unloading_s,
+)
 from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
+from bimvox.site.default_rules import YardRules
 
 CALENDAR = CalendarConfig.model_validate({"start": date(2026, 3, 9)})
 
@@ -59,6 +66,17 @@ def test_the_time_of_the_site_file_counts(site, plan):
 def test_without_an_access_it_is_the_usual_time(site, plan):
     bare = dataclasses.replace(site, access=None)
     assert unloading_s(CALENDAR, bare, plan[0].lifts) == 1800.0
+
+
+def test_the_time_of_a_delivery_is_that_of_its_lorries(site, plan):
+    """The last one comes first: what is needed first lies on top."""
+    yard = dataclasses.replace(site.rules.yard or YardRules(), lorries=9)
+    small = dataclasses.replace(site, rules=dataclasses.replace(site.rules, yard=yard, truckload_kg=1.0))
+    lifts = plan[0].lifts
+    assert len(times_s := unloading_by_lorry_s(CALENDAR, small, lifts)) == len(lifts) > 1
+    each_s = [one.duration_s for one in unloading_lifts(small, lifts)]
+    assert times_s == tuple(reversed(each_s))
+    assert sum(unloading_by_lorry_s(CALENDAR, site, lifts)) == pytest.approx(unloading_s(CALENDAR, site, lifts))
 
 
 @pytest.mark.parametrize("access", [False, True])
