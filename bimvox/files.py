@@ -413,6 +413,17 @@ def _sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
+def read_beside(path: Path, site: Path) -> bytes:
+    """Return the bytes of a file that a site file names.
+
+    Raises:
+        FileError: If it cannot be read, or is not next to the site file.
+    """
+    if path.resolve().parent != site.resolve().parent:
+        raise FileError(path, "is not next to the site file", hint=f"copy it into {site.resolve().parent}")
+    return read_input(path)
+
+
 def seen_from(folder: Path, file: Path) -> Path:
     """Return the path of a file relative to a folder; the whole path if it is on another drive of Windows."""
     try:

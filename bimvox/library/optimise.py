@@ -19,7 +19,7 @@ from bimvox.library.set_up_search.set_up import Effort, Tried, proven_front, why
 from bimvox.library.site import LoadedSite, ReadSite, built_site, read_site
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.records.lift import infeasible_among
-from bimvox.site.catalogue import catalogue, machines_called
+from bimvox.site.catalogue import machines_for, own_machines
 from bimvox.site.config.calendar import Rates
 from bimvox.site.config.file import SITE_FILE
 from bimvox.site.config.site_config import SiteConfig
@@ -94,7 +94,8 @@ def optimise(
 
     Args:
         site: The site file (``.site.toml``), of one crane.
-        crane: A kind of crane, or a machine of the catalogue; default: all machines.
+        crane: A kind of crane, a machine of the catalogue, or the file of a machine next to the site file; default: all
+            machines, and those whose files the site file names.
         plans: How many of the best set-ups are planned, from 1, and another for each that refuses parts; from 4 on,
             then half as many around the cheapest.
         trials: How many other yards are tried.
@@ -109,9 +110,9 @@ def optimise(
     reporter, path = progress_of(progress), path_of("optimise", site, "a site file")
     crane = text("crane", crane, "give the name of a crane: hammerhead, luffing, mobile, or a machine of the catalogue")
     whole("plans", plans, 1), whole("trials", trials, 0), whole("cranes", cranes, 1), whole("jobs", jobs, 1)
-    machines = catalogue() if crane is None else machines_called(crane)
     read = read_site(path, reporter)
-    placed = PlacedSite(read.config, read.building)
+    config, machines = machines_for(read.config, crane)
+    placed = PlacedSite(config, read.building)
     effort = Effort(members=plans, yards=trials, cranes=cranes)
     found = search_set_ups(placed, str(path), machines, effort, None, reporter)
     (own,) = cranes_of(read.config)
@@ -140,12 +141,12 @@ def optimise(
 def with_set_up(placed: PlacedSite, one: Tried) -> SiteConfig:
     """Return the values of a site file with other cranes, and another yard and truckload if the set-up has one."""
     config = placed.config
-    (own,), (given,) = config.cranes, cranes_of(config)
+    (table,), (given,), own = config.cranes, cranes_of(config), own_machines(config)
     foot_m = given.base_m[2]
     cranes = [each.crane for each in (one, one.second) if each is not None and each.crane is not None]
-    names = (own.name,) if one.second is None else names_of_two(own.name)
+    names = (table.name,) if one.second is None else names_of_two(table.name)
     tables = tuple(
-        machine_config(replace(crane, base_m=(*crane.base_m[:2], foot_m))).model_copy(update={"name": name})
+        machine_config(replace(crane, base_m=(*crane.base_m[:2], foot_m)), own).model_copy(update={"name": name})
         for crane, name in zip(cranes, names, strict=True)
     )
     update: dict[str, Any] = {"crane": tables[0] if len(tables) == 1 else tables}

@@ -6,12 +6,17 @@ import difflib
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.machine import Machine
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import ConfigError, InputError
-from bimvox.site.config.machine_file import MACHINE_FILES
+from bimvox.files import read_beside
+from bimvox.site.config.machine_file import MACHINE_FILE, MACHINE_FILES
+
+if TYPE_CHECKING:
+    from bimvox.site.config.site_config import SiteConfig
 
 
 @cache
@@ -71,31 +76,68 @@ def _scaled(reach: float, capacity: float) -> TowerCrane:
     )
 
 
-def machine_in(path: Path, text: bytes) -> Machine:
+def machine_in(path: Path, site: Path) -> Machine:
     """Return the machine that a file next to a site file describes.
 
     Raises:
+        FileError: If the file cannot be read, or is not next to the site file.
         ConfigError: If it does not describe a machine, or one with a name of the catalogue's.
     """
+    text = read_beside(path, site)
     machine = MACHINE_FILES.read(text, path)
     if machine_called(machine.name) is not None:
         raise ConfigError(path, "name", f"{machine.name!r} is known already", hint="give your machine its own name")
     return replace(machine, file=(path.name, text))
 
 
+def own_machines(config: SiteConfig) -> tuple[Machine, ...]:
+    """Return the machines whose files a site file names, or that were added to it."""
+    others = {*config.rigging.gear, *config.kind_files}
+    return tuple(
+        replace(MACHINE_FILES.read(data, config.file.parent / name), file=(name, data))
+        for name, data in config.machine_files.items()
+        if name.endswith(MACHINE_FILE) and name not in others
+    )
+
+
+def name_of(config: SiteConfig, machine: str) -> str:
+    """Return the name of a machine in a site file: that of its file, if it has one of its own."""
+    files = {one.name: one.file[0] for one in own_machines(config) if one.file is not None}
+    return files.get(machine, machine)
+
+
+def machines_for(config: SiteConfig, crane: str | None) -> tuple[SiteConfig, tuple[Machine, ...]]:
+    """Return a site file with the files of the machines to be tried on it, and these machines.
+
+    ``crane``: as :func:`machines_called` takes it; None: all of the catalogue, and those of the site file's own files.
+
+    Raises:
+        BimvoxError: As :func:`machines_called`.
+    """
+    if crane is None:
+        return config, (*catalogue(), *own_machines(config))
+    machines = machines_called(crane, config.file)
+    return config.with_machine_files(dict(one.file for one in machines if one.file is not None)), machines
+
+
 KINDS = ("hammerhead", "luffing", "mobile")
 
 
-def machines_called(name: str) -> tuple[Machine, ...]:
+def machines_called(name: str, site: Path | None = None) -> tuple[Machine, ...]:
     """Return the machines of a kind, or the machine with a name, the smallest load moment first.
 
     Args:
         name: ``hammerhead``, ``luffing``, ``mobile``, the name of a machine of the catalogue, or ``fictitious``: the
-            hammerheads, then machines that do not exist.
+            hammerheads, then machines that do not exist. With ``site``, also the file of a machine.
+        site: The site file next to which the file of a machine lies.
 
     Raises:
         InputError: If there is no such kind or machine.
+        FileError: If the file of a machine cannot be read, or is not next to the site file.
+        ConfigError: If it does not describe a machine.
     """
+    if site is not None and name.endswith(MACHINE_FILE):
+        return (machine_in(Path(name), site),)
     if name in KINDS:
         return machines_of(name)
     if name == FICTITIOUS:
@@ -104,7 +146,9 @@ def machines_called(name: str) -> tuple[Machine, ...]:
         return (found,)
     names = [machine.name for machine in catalogue()]
     if name.endswith(".toml"):
-        raise InputError(f"the catalogue has no crane {name!r}", hint="only `bimvox init` takes the file of a machine")
+        raise InputError(
+            f"the catalogue has no crane {name!r}", hint="put its file next to the site file: crane.machine"
+        )
     near = difflib.get_close_matches(name, [*KINDS, *names], n=1)
     raise InputError(
         f"the catalogue has no crane {name!r}" + (f"; did you mean {near[0]!r}?" if near else ""),

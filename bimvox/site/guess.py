@@ -213,8 +213,8 @@ def guess_site(
     model = model.model_copy(update={"yaw_deg": round(math.degrees(dominant_yaw_rad(building)), 12)})
     rules = RulesConfig(truckload_kg=TRUCK_KG)
     config = SiteConfig(name=name or model.path.stem, model=model, rules=rules, yard=YardConfig())
-    config._machine_files = dict(machine.file for machine in machines if machine.file is not None)
-    return complete_config(config, building, machines)
+    files = dict(machine.file for machine in machines if machine.file is not None)
+    return complete_config(config.with_machine_files(files), building, machines)
 
 
 def ground_why(config: SiteConfig, building: Building) -> str:
@@ -407,10 +407,9 @@ def _with_areas_and_crane(
 
 def _table_of(crane: TowerCrane, machines: Sequence[Machine], lifted: Sequence[Element]) -> CraneConfig:
     """Return the table of a crane that was chosen, which names its machine or the file of it."""
-    own = next((one for one in machines if one.name == crane.name and one.file is not None), None)
-    if own is None or own.file is None:
-        return crane_config(crane) if machine_called(crane.name) is None else machine_config(crane)
-    return machine_config(facing(crane, lifted)).model_copy(update={"machine": own.file[0]})
+    if any(one.name == crane.name and one.file is not None for one in machines):
+        return machine_config(facing(crane, lifted), machines)
+    return crane_config(crane) if machine_called(crane.name) is None else machine_config(crane)
 
 
 _HEADINGS = 24

@@ -24,7 +24,7 @@ from bimvox.site.config.crane import (
     chart_of,
     reeving_of,
 )
-from bimvox.site.config.machine_file import MACHINE_FILES
+from bimvox.site.config.machine_file import MACHINE_FILE, MACHINE_FILES
 from bimvox.site.config.project import support_of
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.config.validation import in_radians
@@ -89,9 +89,6 @@ def _is_complete(given: CraneConfig) -> bool:
     whole = jib is not None and all(getattr(jib, key) is not None for key in (*_LENGTHS, "luff_deg", "luffing"))
     return charted and whole and all(getattr(given, key) is not None for key in keys)
 
-
-MACHINE_FILE = ".toml"
-"""Ends the name of a file that describes a machine."""
 
 _SLOW = 0.5
 # Keys that a table and a ``TowerCrane`` have in common: those of the site, and those of the machine.
@@ -414,23 +411,28 @@ def crane_config(crane: TowerCrane | None) -> CraneConfig:
     )
 
 
-def machine_config(crane: TowerCrane) -> CraneConfig:
+def machine_config(crane: TowerCrane, own: Sequence[Machine] = ()) -> CraneConfig:
     """Return the site-file table of a machine as the catalogue has it: its name, jib and reeving, and its place.
 
     On level ground its place has no height: the crane stands on the ground.
+
+    Args:
+        crane: The crane.
+        own: Machines with files of their own: the table names such a file.
     """
     base_m = crane.base_m if crane.base_m[2] else crane.base_m[:2]
-    table = CraneConfig(kind=_kind(crane), machine=crane.name, base_m=base_m, falls=crane.falls)
+    named = next((one.file[0] for one in own if one.file is not None and one.name == crane.name), crane.name)
+    table = CraneConfig(kind=_kind(crane), machine=named, base_m=base_m, falls=crane.falls)
     if (jib := crane.luffing) is None:
         return table.model_copy(update={"jib_height_m": crane.jib_height_m, "jib_length_m": crane.jib_length_m})
     if (carrier := crane.carrier) is not None:
         base = None if carrier.outriggers is None else carrier.outriggers.name
         own_keys = {"counterweight_kg": carrier.counterweight_kg, "outriggers": base}
         table = table.model_copy(update=own_keys | {"heading_deg": round(degrees(carrier.heading_rad), 9)})
-    own = LuffingConfig(length_m=jib.length_m)
+    lengths = LuffingConfig(length_m=jib.length_m)
     if crane.kind == "luffing":
-        own = LuffingConfig(length_m=jib.length_m, pivot_height_m=jib.pivot_height_m, tail_low_m=jib.tail_low_m)
-    return table.model_copy(update={"jib": own})
+        lengths = LuffingConfig(length_m=jib.length_m, pivot_height_m=jib.pivot_height_m, tail_low_m=jib.tail_low_m)
+    return table.model_copy(update={"jib": lengths})
 
 
 def _kind(crane: TowerCrane) -> Literal["hammerhead", "luffing", "mobile"]:

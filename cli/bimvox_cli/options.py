@@ -78,7 +78,7 @@ MachineChoice = Annotated[
         "--crane",
         metavar="NAME",
         autocompletion=complete.cranes,
-        help="Only a kind (hammerhead, luffing, mobile), or one machine. Default: all.",
+        help="Only a kind (hammerhead, luffing, mobile), or one machine or the file of one. Default: all.",
     ),
 ]
 

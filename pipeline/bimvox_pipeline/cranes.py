@@ -15,16 +15,17 @@ if TYPE_CHECKING:
 def cranes(site: Path | None, *, crane: str | None = None, progress: Progress) -> dict[str, Any]:
     """Compare the machines of the catalogue on a site, or list them; return the document of ``bimvox cranes --json``.
 
-    ``crane`` is a kind of crane, or a machine of the catalogue; default: all machines.
+    ``crane`` is a kind of crane, a machine of the catalogue, or the file of a machine (next to the site file); default:
+    all machines, and those whose files the site file names.
 
     Raises:
         ConfigError: If the site file is wrong.
         InputError: If the catalogue has no such crane, or the model cannot be used.
     """
-    from bimvox.site.catalogue import catalogue, machines_called
+    from bimvox.site.catalogue import catalogue, machines_called, machines_for
 
-    machines = catalogue() if crane is None else machines_called(crane)
     if site is None:
+        machines = catalogue() if crane is None else machines_called(crane, Path(crane))
         return {"site": None, "machines": [_machine_document(machine) for machine in machines]}
     from bimvox.bim.read import read_building
     from bimvox.files import require_input
@@ -34,7 +35,8 @@ def cranes(site: Path | None, *, crane: str | None = None, progress: Progress) -
     stated = load_site_config(require_input(site))
     building = read_building(stated.model.path, stated.read_options, progress.report)
     progress.stage("compare")
-    own, fits = cranes_that_fit(complete_config(stated, building), building, machines)
+    config, machines = machines_for(complete_config(stated, building), crane)
+    own, fits = cranes_that_fit(config, building, machines)
     progress.finish()
     return {
         "site": str(site),

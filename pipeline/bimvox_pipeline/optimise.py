@@ -35,8 +35,9 @@ from bimvox.rendering.report.many_sites import COLUMNS, many_sites_page
 from bimvox.rendering.report.page import Figure
 from bimvox.rendering.report.set_ups import set_ups_page
 from bimvox.rendering.report.site_drawing import drawing_of_site
-from bimvox.site.catalogue import catalogue, machines_called
+from bimvox.site.catalogue import machines_for, name_of
 from bimvox.site.config.calendar import Rates
+from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.crane_guess import machine_of_crane
 from bimvox.site.machine import cranes_of
 from bimvox_pipeline.fleet.command import fleet
@@ -64,14 +65,16 @@ def _base_of(one: Tried) -> tuple[float, float]:
 
 def set_up(opened: Opened, one: Tried) -> Setup:
     """Return the site's set-up with other cranes, and another yard and truckload if it has one."""
-    (own,) = opened.setup.cranes
+    (own,), config = opened.setup.cranes, opened.config
     if one.second is None:
-        cranes = [
-            CraneSetup(name=own.name, machine=one.machine, base_m=_base_of(one), jib_m=one.jib_m, falls=one.falls)
-        ]
+        machine = name_of(config, one.machine)
+        cranes = [CraneSetup(name=own.name, machine=machine, base_m=_base_of(one), jib_m=one.jib_m, falls=one.falls)]
     else:
         first, second = names_of_two(own.name)
-        cranes = [_one_of_two(one, first, own.height_m), _one_of_two(one.second, second, own.height_m)]
+        cranes = [
+            _one_of_two(config, one, first, own.height_m),
+            _one_of_two(config, one.second, second, own.height_m),
+        ]
     more: dict[str, Any] = {}
     if one.yard is not None:
         more["yard"] = (one.yard.polygon,)
@@ -83,7 +86,7 @@ def set_up(opened: Opened, one: Tried) -> Setup:
     return opened.setup.model_copy(update={"cranes": tuple(cranes), **more})
 
 
-def _one_of_two(one: Tried, name: str, given_m: float | None) -> CraneSetup:
+def _one_of_two(config: SiteConfig, one: Tried, name: str, given_m: float | None) -> CraneSetup:
     """Return a crane with its height: one of two may be raised to pass above the other.
 
     The height of the given crane would count as not set, and another machine would get a height of its own.
@@ -93,7 +96,12 @@ def _one_of_two(one: Tried, name: str, given_m: float | None) -> CraneSetup:
     if height_m is not None and height_m == given_m:
         height_m += _NUDGE_M
     return CraneSetup(
-        name=name, machine=one.machine, base_m=_base_of(one), height_m=height_m, jib_m=one.jib_m, falls=one.falls
+        name=name,
+        machine=name_of(config, one.machine),
+        base_m=_base_of(one),
+        height_m=height_m,
+        jib_m=one.jib_m,
+        falls=one.falls,
     )
 
 
@@ -188,7 +196,8 @@ def optimise(
     Args:
         site: The site file, of one crane.
         out: Folder of logs, tables and the map; default: the site's name with ``-set-ups``, in the current folder.
-        crane: A kind of crane, or a machine of the catalogue; default: all machines.
+        crane: A kind of crane, a machine of the catalogue, or the file of a machine next to the site file; default: all
+            machines, and those whose files the site file names.
         effort: How many set-ups are planned in full, and how many other yards are tried; no yards if trucks or parts
             have their places.
         execution: How they are planned; default: in processes on this machine.
@@ -199,8 +208,9 @@ def optimise(
         FileError: If a site file of that name exists with other content.
     """
     effort = effort or Effort()
-    machines = catalogue() if crane is None else machines_called(crane)
     opened = open_site(require_input(site))
+    config, machines = machines_for(opened.config, crane)
+    opened = replace(opened, config=config)
     folder = check_folder(out or default_output(site, "-set-ups"))
     searched = search_set_ups(opened, str(site), machines, effort, folder, progress)
     search = searched.search

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from bimvox.bim.options import ReadOptions
 from bimvox.errors import FileError, SelectionError, listed
-from bimvox.files import check_output, default_output, read_input, require_input, seen_from, write_together
+from bimvox.files import check_output, default_output, read_beside, require_input, seen_from, write_together
 from bimvox.library.site import say_notes
 from bimvox.progress import Progress
 from bimvox_pipeline.cranes import choice_notes, smaller_machines, unserved_document
-
-if TYPE_CHECKING:
-    from bimvox.crane.machine import Machine
 
 
 def init(
@@ -53,20 +50,16 @@ def init(
     from bimvox.bim.read import read_building
     from bimvox.rendering.report.drawing_file import drawing_file
     from bimvox.rendering.report.site_drawing import drawing_of_site
-    from bimvox.site.catalogue import machine_in, machines_called
+    from bimvox.site.catalogue import machines_called
     from bimvox.site.config.kind_file import corrections_in
     from bimvox.site.config.site_config import ModelConfig, SiteConfig
     from bimvox.site.config.template import precast_line, site_toml
     from bimvox.site.guess import USUAL_TM, cranes_that_fit, ground_why, guess_site
     from bimvox.site.kind_rows import kind_rows
-    from bimvox.site.machine import MACHINE_FILE
     from bimvox.site.means import Means
 
     target = out or default_output(model, ".site.toml")
-    if crane is not None and crane.endswith(MACHINE_FILE):
-        machines: tuple[Machine, ...] = (machine_in(Path(crane), _beside(Path(crane), target)),)
-    else:
-        machines = () if crane is None else machines_called(crane)
+    machines = () if crane is None else machines_called(crane, target)
     require_input(model)
     drawn = target.with_suffix(".svg") if target.suffix == ".toml" else target.with_name(target.name + ".svg")
     for path, why in ((target, "exists already and may hold edits"), (drawn, "exists already")):
@@ -75,7 +68,7 @@ def init(
             raise FileError(path, why, hint="--force replaces it, -o names another site file")
     options = options or ReadOptions()
     if kind_file is not None:
-        options = replace(options, corrections=corrections_in(_beside(kind_file, target), kind_file))
+        options = replace(options, corrections=corrections_in(read_beside(kind_file, target), kind_file))
     building = read_building(model, options, progress.report)
     say_notes(building, progress)
     progress.stage("guess")
@@ -136,14 +129,3 @@ def init(
         "notes": list(building.notes),
         "seconds": progress.seconds,
     }
-
-
-def _beside(path: Path, site: Path) -> bytes:
-    """Return the bytes of a file that a site file names.
-
-    Raises:
-        FileError: If it cannot be read, or is not next to the site file.
-    """
-    if path.resolve().parent != site.resolve().parent:
-        raise FileError(path, "is not next to the site file", hint=f"copy it into {site.resolve().parent}")
-    return read_input(path)

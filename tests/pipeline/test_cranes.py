@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -11,18 +12,27 @@ import pytest
 from bimvox_pipeline.cranes import cranes
 from bimvox_pipeline.fleet.runs import Wish, digest_of
 from bimvox_pipeline.inspect.building import describe_site
+from bimvox_pipeline.optimise import set_up
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.report import report
 from bimvox_pipeline.site import init
+from bimvox_pipeline.studio.opened import open_site
+from bimvox_pipeline.studio.saving import as_text
 from bimvox_pipeline.verify import verify
 from own_machine import machine_text
 
-from bimvox.errors import ConfigError
+from bimvox.errors import ConfigError, FileError
 from bimvox.library.arguments import PolicyWish
 from bimvox.library.attached_files import check_attached_files
+from bimvox.library.optimise import with_set_up
+from bimvox.library.set_up_search.choose import search_set_ups
+from bimvox.library.set_up_search.placed import PlacedSite
+from bimvox.library.set_up_search.set_up import Effort
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
-from bimvox.site.catalogue import catalogue
+from bimvox.site.catalogue import catalogue, machines_for, own_machines
+from bimvox.site.config.file import load_site_config
+from bimvox.site.machine import cranes_of
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 SITE = """
@@ -68,13 +78,47 @@ def test_without_a_site_it_lists_the_catalogue() -> None:
     assert [one["machine"] for one in only] == ["mobile-60t", "mobile-100t"]
 
 
+def test_a_machine_may_be_named_by_its_file(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+    (folder / "ky.toml").write_bytes(machine_text("KY 100", "hammerhead-45"))
+    (listed,) = cranes(None, crane="ky.toml", progress=SilentProgress())["machines"]
+    assert (listed["machine"], listed["kind"]) == ("KY 100", "hammerhead")
+    document = cranes(Path("frame.site.toml"), crane="ky.toml", progress=SilentProgress())
+    assert [(one["machine"], one["serves"]) for one in document["machines"]] == [("KY 100", True)]
+    elsewhere = folder / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "ky.toml").write_bytes(machine_text("KY 100", "hammerhead-45"))
+    with pytest.raises(FileError, match="is not next to the site file"):
+        cranes(Path("frame.site.toml"), crane="elsewhere/ky.toml", progress=SilentProgress())
+
+
+def test_optimise_tries_a_machine_of_a_file_and_writes_site_files_that_name_it(folder: Path) -> None:
+    site = folder / "tried.site.toml"
+    site.write_text(SITE.replace('machine = "lx.toml"', 'machine = "hammerhead-45"').split("[crane.override]")[0])
+    machine = folder / "ky2.toml"
+    machine.write_bytes(machine_text("KY 200", "hammerhead-30"))
+    config, machines = machines_for(load_site_config(site), str(machine))
+    assert [one.name for one in machines] == ["KY 200"] == [one.name for one in own_machines(config)]
+    opened = open_site(site)
+    opened = dataclasses.replace(opened, config=machines_for(opened.config, str(machine))[0])
+    found = search_set_ups(opened, "x", machines, Effort(1, 0, cranes=1), None, SilentProgress())
+    wanted = set_up(opened, found.found[0])
+    text, _, _ = as_text(opened, opened.with_setup(wanted), wanted, folder / "made.site.toml")
+    (folder / "made.site.toml").write_text(text)
+    (crane,) = cranes_of(open_site(folder / "made.site.toml").config)
+    assert (crane.machine or crane.name) == "KY 200"
+    assert 'machine = "ky2.toml"' in text
+    made = with_set_up(PlacedSite(opened.config, opened.building), found.found[0])
+    assert made.cranes[0].machine == "ky2.toml"
+
+
 def test_one_table_compares_all_machines_on_a_site(folder: Path) -> None:
     document = cranes(folder / "frame.site.toml", progress=SilentProgress())
     own = document["own"]
     assert (own["machine"], own["serves"], own["parts_served"], own["parts"]) == ("LX 280", True, 8, 8)
     assert own["base_m"] == [-5.0, -4.0, 0.0]
     rows = {one["machine"]: one for one in document["machines"]}
-    assert set(rows) == {machine.name for machine in catalogue()}
+    assert set(rows) == {"LX 280", *(machine.name for machine in catalogue())}  # its own, at other places, too
     for row in rows.values():
         assert row["serves"] and row["reason"] == "" and row["cannot_lift"] == []
         assert 0.0 < row["highest_utilisation"] <= 1.0

@@ -50,7 +50,7 @@ def run(site: Path, out: Path | None = None, **options: Any) -> dict[str, Any]:
     """Optimise with the first two hammerheads, if no other crane is asked for, and plan in this process."""
     options = {"effort": Effort(2, 0, cranes=1), "crane": "hammerhead", "execution": Execution(jobs=1), **options}
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(command, "machines_called", lambda crane: machines_called(crane)[:2])
+        patched.setattr(command, "machines_for", lambda config, crane: (config, machines_called(crane)[:2]))
         time_few_lifts(patched)
         carry_out_in_process(patched)
         return optimise(site, out or site.parent / "found", progress=SilentProgress(), **options)

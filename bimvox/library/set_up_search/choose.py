@@ -19,7 +19,7 @@ from bimvox.library.set_up_search.set_up import Effort, OtherYard, Tried, front_
 from bimvox.library.set_up_search.timed import FEW_LIFTS, LIFTS
 from bimvox.library.set_up_search.yards import may_move, other_yards
 from bimvox.progress import Progress
-from bimvox.site.catalogue import machine_called
+from bimvox.site.catalogue import machine_called, own_machines
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.crane_guess import machine_of_crane
 from bimvox.site.machine import cranes_of
@@ -88,7 +88,7 @@ def refined(search: Search, best: Tried, effort: Effort) -> list[Tried]:
     if polygon is not None and load_kg > 0.0:
         number = None if best.yard is None else best.yard.number
         found.append(replace(best, yard=OtherYard(number, polygon, _LOAD * load_kg)))
-    if machine_called(best.machine) is not None:
+    if machine_called(best.machine) is not None or best.machine in {one.name for one in own_machines(search.config)}:
         elsewhere = [one for one in _elsewhere(search, best, _MOST_PLACES) if one.served >= best.served]
         chosen = _fastest(elsewhere, search, most - len(found), best)
         found += [replace(one, place=number) for number, one in enumerate(chosen, start=2)]

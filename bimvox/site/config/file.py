@@ -11,9 +11,9 @@ from pydantic import ValidationError
 from bimvox.bim.read import IFC_SUFFIXES, MESH_SUFFIXES
 from bimvox.errors import ConfigError
 from bimvox.files import read_input, require_regular, resolved, status_of
+from bimvox.site.config.machine_file import MACHINE_FILE
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.config.validation import first_finding
-from bimvox.site.machine import MACHINE_FILE
 from bimvox.site.nested import UTF8_HINT, WHERE_HINT, toml_values
 
 SITE_FILE = "site.toml"

@@ -525,4 +525,6 @@ def _crane(
     )  # fmt: skip
 
 
+MACHINE_FILE = ".toml"
+"""How the name of such a file ends."""
 MACHINE_FILES = TableFiles(MachineConfig, _machine, "catalogue", "machine")

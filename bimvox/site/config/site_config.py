@@ -359,6 +359,12 @@ class SiteConfig(Table):
         """The files of machines and gear that it names, by name: their bytes."""
         return self._machine_files
 
+    def with_machine_files(self, files: Mapping[str, bytes]) -> SiteConfig:
+        """Return it with more files of machines, by name: their bytes."""
+        made = self.model_copy()
+        made._machine_files = {**self._machine_files, **files}
+        return made
+
     @property
     def kind_files(self) -> tuple[str, ...]:
         """The names of the files that say what parts are."""

@@ -13,7 +13,7 @@ from bimvox.crane.machine import carries_most
 from bimvox.crane.reach import standing
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
-from bimvox.site.catalogue import machines_called
+from bimvox.site.catalogue import machines_called, own_machines
 from bimvox.site.config.crane import CraneConfig, LuffingConfig
 from bimvox.site.config.site_config import ComponentConfig, KindConfig, Polygon, SiteConfig, ZoneConfig
 from bimvox.site.config.validation import Number, first_finding
@@ -248,20 +248,22 @@ def _cranes(
     for new, origin in zip(wanted, origins_of(opened, wanted), strict=True):
         if origin is None:
             blank = CraneSetup(name=new.name, base_m=new.base_m)
-            table = _other_machine(CraneConfig(), blank, new, hook_height_m)
+            table = _other_machine(config, CraneConfig(), blank, new, hook_height_m)
         else:
             old, own = opened[origin], config.cranes[origin]
-            table = own if new == old else _changed(own, old, new, hook_height_m)
+            table = own if new == old else _changed(config, own, old, new, hook_height_m)
         if (len(wanted) > 1 and table.name is None) or (origin is not None and new.name != opened[origin].name):
             table = table.model_copy(update={"name": new.name or None})
         tables.append(table)
     return tuple(tables)
 
 
-def _changed(own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_height_m: HookHeight) -> CraneConfig:
+def _changed(
+    config: SiteConfig, own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_height_m: HookHeight
+) -> CraneConfig:
     """Return the table of a crane with what differs between two set-ups."""
     if new.machine != old.machine and new.machine:
-        return _other_machine(own, old, new, hook_height_m)
+        return _other_machine(config, own, old, new, hook_height_m)
     update: dict[str, Any] = {}
     if new.base_m != old.base_m:
         height = own.base_m[2:] if own.base_m is not None else ()
@@ -285,9 +287,16 @@ def _changed(own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_height_m: 
     return own.model_copy(update=update)
 
 
-def _other_machine(own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_height_m: HookHeight) -> CraneConfig:
-    """Return the table of another machine of the catalogue at the same place, on a mast as ``init`` chooses it."""
-    machine = machines_called(str(new.machine))[0]
+def _other_machine(
+    config: SiteConfig, own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_height_m: HookHeight
+) -> CraneConfig:
+    """Return the table of another machine at the same place, on a mast as ``init`` chooses it.
+
+    The machine is one of the catalogue, or of a file that the site file names.
+    """
+    files = own_machines(config)
+    named = [one for one in files if one.file is not None and new.machine in (one.name, one.file[0])]
+    machine = (named or machines_called(str(new.machine)))[0]
     lengths = [length for length in machine.lengths_m if new.jib_m is None or abs(length - new.jib_m) < 1e-3]
     if not lengths:
         hint = f"it has {', '.join(f'{length:g}' for length in machine.lengths_m)} m"
@@ -303,7 +312,7 @@ def _other_machine(own: CraneConfig, old: CraneSetup, new: CraneSetup, hook_heig
     if crane.luffing is None and new.height_m not in (old.height_m, None):
         crane = replace(crane, jib_height_m=float(new.height_m or 0.0))
     foot_m = own.base_m[2] if own.base_m is not None and len(own.base_m) == 3 else 0.0
-    table = machine_config(replace(crane, base_m=(*new.base_m, foot_m)))
+    table = machine_config(replace(crane, base_m=(*new.base_m, foot_m)), files)
     return table.model_copy(update={"name": own.name if own.name != (own.machine or old.machine) else None})
 
 
