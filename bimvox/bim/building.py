@@ -141,6 +141,7 @@ class Element:
         volume_guessed: Whether its mass is that of a guessed volume: its mesh is open.
         judgement: What kind of part it is, and why.
         stated_means: How the site file says that parts of its type get to their places, if it does.
+        doubted_kg: The mass that its source states, and the one by volume and material, if these contradict each other.
     """
 
     id: str
@@ -165,6 +166,7 @@ class Element:
     volume_guessed: bool = False
     judgement: Judgement = UNKNOWN
     stated_means: str | None = None
+    doubted_kg: tuple[float, ...] = ()
 
     @property
     def mass_uncertainty(self) -> float:

@@ -60,7 +60,7 @@ from bimvox.site.site import HookHeights, Site
 
 _OF_ELEMENT = (
     *("id", "global_id", "ifc_class", "name", "mesh", "mass_kg", "mass_source", "storey", "material"),
-    *("predefined_type", "casting", "volume_guessed", "judgement", "stated_means"),
+    *("predefined_type", "casting", "volume_guessed", "judgement", "stated_means", "doubted_kg"),
 )
 """What a component has from its element unchanged, as far as a site file may ask for it."""
 _COPY = "#"

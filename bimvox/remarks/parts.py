@@ -211,6 +211,17 @@ DENSE_KG_M3, VERY_DENSE_KG_M3 = 9_000.0, 12_000.0
 """Steel weighs 7,850 kg/m3, copper 8,900 and lead 11,300 (EN 1991-1-1, table A.4)."""
 
 
+def stated_masses(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every part of the plan whose stated mass contradicts its volume and material."""
+    for lift in subject.plan.lifts:
+        component = subject.site.components[lift.component]
+        if component.doubted_kg:
+            stated, computed, used = (
+                f"{kg:,.4g}" if abs(kg) < 10.0 else f"{kg:,.0f}" for kg in (*component.doubted_kg, component.mass_kg)
+            )
+            yield table.STATED_MASS(component, stated=stated, computed=computed, used=used)
+
+
 def densities(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every part of a closed mesh that is lighter than a panel or denser than steel."""
     for component in subject.lifted:

@@ -85,6 +85,9 @@ UNHELD = Row("unheld", _SERIOUS, "is set before any part that could hold it")
 _WEIGHS = "weighs {mass}, {density} kg/m3 of what it encloses: {than}; check its mass"
 ODD_DENSITY = Row("density", _SERIOUS, _WEIGHS)
 UNUSUAL_DENSITY = Row("density", _MINOR, _WEIGHS)
+STATED_MASS = Row("stated_mass", _SERIOUS,
+    "the model states {stated} kg, but by volume and material it weighs {computed} kg: it is planned with {used} kg; "
+    "say what it weighs ([[component]] mass_kg)")
 OVERLAP = Row("overlap", _SERIOUS, "is drawn {least}{depth:.0f} mm into {other}{more}")
 OVERLAP_ON_SITE = Row("overlap", _MINOR, OVERLAP.sentence + "; one of them is cut, cast or built on site")
 SMALL_OVERLAPS = Row("small_overlaps", _NOTE,

@@ -130,6 +130,8 @@ class Component:
         means: How it gets to its place: lifted by the crane, cast there, or set by hand.
         means_reason: Why the crane does not lift it; empty if it does.
         spans: Whether it is as low as the ground and yet over other parts, such as the ceiling of a basement.
+        doubted_kg: The mass that its source states, and the one by volume and material, if these contradict each other:
+            the greater one counts.
     """
 
     index: int
@@ -165,6 +167,7 @@ class Component:
     volume_guessed: bool = field(default=False, metadata=SPARSE)
     stated_means: Means | None = field(default=None, metadata=SPARSE)
     spans: bool = field(default=False, metadata=SPARSE)
+    doubted_kg: tuple[float, ...] = field(default=(), metadata=SPARSE)
 
     def __repr__(self) -> str:
         return f"<Component {self.label}: {self.ifc_class}, {self.mass_kg / 1000:.3g} t>"

@@ -217,6 +217,7 @@ def component_of(
         judgement=element.judgement,
         hook_aside_vox=aside_vox,
         volume_guessed=element.volume_guessed,
+        doubted_kg=element.doubted_kg,
         stated_means=None if element.stated_means is None else Means(element.stated_means),
     )
 

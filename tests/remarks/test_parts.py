@@ -130,6 +130,32 @@ def test_an_odd_density_is_remarked(kg_m3: float, severity: Severity, says: str)
     assert remark.text.startswith(says)
 
 
+@pytest.mark.parametrize(
+    ("doubted_kg", "mass_kg", "says"),
+    [
+        (
+            (44.0, 4262.5),
+            4262.5,
+            "the model states 44 kg, but by volume and material it weighs 4,262 kg: it is planned",
+        ),
+        ((25_000.0, 2500.0), 25_000.0, "the model states 25,000 kg, but by volume and material it weighs 2,500 kg"),
+        ((2.45, 2500.0), 2500.0, "the model states 2.45 kg, but"),
+        ((-3000.0, 2500.0), 2500.0, "the model states -3,000 kg, but"),
+    ],
+)
+def test_a_stated_mass_that_volume_and_material_contradict_is_serious(
+    doubted_kg: tuple[float, ...], mass_kg: float, says: str
+) -> None:
+    plan = weighing(mass_kg)
+    (part,) = plan.site.components
+    site = dataclasses.replace(plan.site, components=(dataclasses.replace(part, doubted_kg=doubted_kg),))
+    (remark,) = of_kind(dataclasses.replace(plan, site=site), "stated_mass")
+    assert (remark.component, remark.severity) == ("part", Severity.SERIOUS)
+    assert remark.text.startswith(says)
+    assert f"planned with {mass_kg:,.0f} kg; say what it weighs ([[component]] mass_kg)" in remark.text
+    assert not named(plan, "stated_mass")
+
+
 def test_nothing_is_said_of_an_open_mesh() -> None:
     assert not named(weighing(20.0, is_open=True), "density")
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.bim.building import Element, Role
+from bimvox.bim.ifc.properties import INSULATION_KG_M3
 from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
 from bimvox.bim.kinds.words import is_barrier, machine_of, meaning_of
 from bimvox.errors import shown
@@ -123,9 +124,6 @@ _PILE_SLENDER = 3.0
 """A pile is at least this many times as high as wide."""
 CRANE_KG = 300.0
 """Machines and barriers from this mass are lifts: lighter ones are moved with a pallet truck or a hoist."""
-INSULATION_KG_M3 = 60.0
-"""A part whose mean density is below this is a layer of insulation or air modelled as a slab, wall or plate: it is
-laid by hand. (The lightest layer that is lifted is a stud layer, about 100 kg/m3.)"""
 
 
 def by_default(elements: list[Element], notes: list[str]) -> list[Element]:

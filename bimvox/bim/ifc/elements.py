@@ -13,7 +13,7 @@ from bimvox.bim.ifc.answer import Selected
 from bimvox.bim.ifc.assembly import Aggregation, Group, MeshedProduct, anchors_without_mesh, points_of_group
 from bimvox.bim.ifc.class_roles import CURTAIN_TYPES, UNKNOWN, is_never_precast, role_of_class
 from bimvox.bim.ifc.group_mass import GroupMasses, Weighed
-from bimvox.bim.ifc.mass import DOUBTS, REPEATED_WHOLE, Masses
+from bimvox.bim.ifc.mass import DOUBTS, REPEATED_WHOLE, Mass, Masses
 from bimvox.bim.ifc.open import OpenedIfc
 from bimvox.bim.ifc.properties import Properties, layers_of, stated_casting
 from bimvox.bim.ifc.relations import (
@@ -155,7 +155,8 @@ class ElementBuilder:
         judgement, casting = self._judged(group, mesh)
         corrected = self._corrections.of(group, owner)
         self._guessed += sum(not self._parts[step_id].solid.exact for step_id in group.members)
-        self._doubt(weighed.mass.doubts, owner)
+        mass = weighed.mass if corrected.mass_kg is None else Mass(corrected.mass_kg, "quantity")
+        self._doubt(mass.doubts, owner)
         material = self._properties.material(owner)
         if material is None:
             heaviest = max(group.members, key=lambda step_id: weighed.of_product[step_id].kg)
@@ -176,9 +177,10 @@ class ElementBuilder:
             name=label(owner.Name),
             mesh=mesh,
             role=role,
-            mass_kg=weighed.mass.kg,
-            mass_source=weighed.mass.source,
-            volume_guessed=weighed.mass.guessed,
+            mass_kg=mass.kg,
+            mass_source=mass.source,
+            volume_guessed=mass.guessed,
+            doubted_kg=mass.doubted_kg,
             type_name=self._properties.type_name(owner),
             storey=None if storey is None else label(storey.Name or storey.GlobalId),
             material=material,

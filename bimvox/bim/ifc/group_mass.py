@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -219,6 +219,14 @@ class GroupMasses:
         return TriangleMesh.joined([self._meshed[step_id].mesh for step_id in weighed.shown])
 
 
+def _doubted_kg(masses: Sequence[Mass]) -> tuple[float, ...]:
+    """Return what several products are stated to weigh, and by volume and material, if one of them is doubtful."""
+    if not any(one.doubted_kg for one in masses):
+        return ()
+    stated_kg, expected_kg = zip(*(one.doubted_kg or (one.kg, one.kg) for one in masses), strict=True)
+    return sum(stated_kg), sum(expected_kg)
+
+
 def _sum(parts: list[Weighed]) -> Weighed:
     """Return several products that do not overlap as one."""
     if len(parts) == 1:
@@ -230,6 +238,7 @@ def _sum(parts: list[Weighed]) -> Weighed:
         weakest([part.mass.source for part in parts]),
         guessed_kg > SUBSTANTIAL * kg,
         tuple(dict.fromkeys(doubt for part in parts for doubt in part.mass.doubts)),
+        _doubted_kg([part.mass for part in parts]),
     )
     extent = Extent(
         np.min([part.extent.low_m for part in parts], axis=0),

@@ -20,16 +20,14 @@ _WEIGHTS = (
 )
 _VOLUMES = ("netvolume", "nettovolumen", "volume", "volumen", "grossvolume", "bruttovolumen")
 _PLAUSIBLE_KG_M3 = (10.0, 23000.0)
-"""From foam to above lead: a stated weight that gives a density outside this has a wrong number or unit."""
+"""From foam to above lead: a stated density outside this has a wrong number or unit."""
 _ODD_KG_M3 = (50.0, 12000.0)
 """A stated weight that gives a density outside this is used, with a note."""
-_MASSIVE_KG_M3 = (1500.0, 2650.0)
-"""Concrete, masonry and stone: a part of these is hardly more than half air where it is drawn solid. One of steel may
-be a tank."""
-_MASSIVE_SHARE, _HOLLOW_SHARE = 0.2, 0.003
-"""Least share of its material's density that a part weighs as a whole."""
-_MOST_SHARE = 2.5
-"""Most of it: reinforcement, inserts and faces are not drawn."""
+_DOUBTFUL_SHARES = (0.2, 5.0)
+"""A stated weight that is less or more of what volume and material say is doubtful. In between, a part may be hollow,
+or have reinforcement, inserts and faces that are not drawn (professional judgement)."""
+_ABSURD_SHARE = 100.0
+"""One that is more than this is not a weight of the part: it counts for nothing."""
 _SLIP_SHARES = (0.5, 2.0)
 """A weight in another unit than stated is recognised only if it then is this share of what the part should weigh."""
 _SLIP_DEFAULT_SHARES = (0.3, 3.5)
@@ -65,7 +63,10 @@ SOURCES = ("quantity", "density", "default")
 """Where a mass comes from, most reliable first."""
 
 WEIGHT_SLIP = "stated weights that are those of the part only in tonnes or grams, so converted (check the unit)"
-WEIGHT_REFUSED = "stated weights that are impossible for the volume of the part, so not used"
+WEIGHT_DOUBTFUL = (
+    "stated weights under a fifth or above five times what volume and material say: the greater one counts, but a "
+    "stated one only up to a hundred times the other"
+)
 WEIGHT_ODD = (
     "stated weights that are unusual for the volume of the part (under 50 or over 12,000 kg/m3), but used: check them"
 )
@@ -82,7 +83,7 @@ DRAWN_SOLID = (
     "(state their weight)"
 )
 DOUBTS = (
-    *(DRAWN_SOLID, WEIGHT_SLIP, WEIGHT_REFUSED, WEIGHT_ODD, VOLUME_SLIP, VOLUME_REFUSED, OVERFULL),
+    *(DRAWN_SOLID, WEIGHT_SLIP, WEIGHT_DOUBTFUL, WEIGHT_ODD, VOLUME_SLIP, VOLUME_REFUSED, OVERFULL),
     *(REPEATED, REPEATED_WHOLE, ASSEMBLY_LOW),
 )
 """Notes about what is stated, in the order in which they are given."""
@@ -97,12 +98,14 @@ class Mass:
         source: Where it comes from.
         guessed: Whether it is a guessed volume times a density.
         doubts: What of ``DOUBTS`` holds.
+        doubted_kg: The weight that the file states, and the one by volume and material, if these contradict each other.
     """
 
     kg: float
     source: str
     guessed: bool = False
     doubts: tuple[str, ...] = ()
+    doubted_kg: tuple[float, ...] = ()
 
 
 class Masses:
@@ -182,7 +185,9 @@ class Masses:
         return Mass(share * volume_m3 * kg_m3, SOURCES[-1], is_guess, (*doubts, DRAWN_SOLID)), volume_m3
 
     def stated(self, product: Any, expected: Mass, volume_m3: float, box_m3: float = inf) -> Mass:
-        """Return the stated mass of a product if its volume does not contradict it, otherwise the expected mass.
+        """Return the stated mass of a product if its volume does not contradict it, otherwise the greater one of both.
+
+        A weight in tonnes or grams that is stated in kilograms is converted before that. Zero is not stated.
 
         Args:
             product: The ``IfcProduct``.
@@ -190,24 +195,25 @@ class Masses:
             volume_m3: That volume.
             box_m3: The most that its volume can be, if that is guessed.
         """
-        weights = self._properties.stated(product, _WEIGHTS)
+        weights = self._properties.stated(product, _WEIGHTS, negative=True)
         masses_kg = [kg for kg in map(self._units.kg, weights) if kg is not None]
         if not masses_kg or not volume_m3 > 0.0:
             return expected
-        least, most = _densities(expected.kg / volume_m3, expected.source == "default")
-        least_m3, most_m3 = volume_m3, volume_m3
+        low_kg, high_kg = (share * expected.kg for share in _DOUBTFUL_SHARES)
         if expected.guessed:
-            least_m3, most_m3 = _LEAST_GUESS_SHARE * volume_m3, max(volume_m3, box_m3)
-        as_stated = _first(masses_kg, (1.0,), least * least_m3, most * most_m3)
+            low_kg, high_kg = _LEAST_GUESS_SHARE * low_kg, max(volume_m3, box_m3) / volume_m3 * high_kg
+        as_stated = _first(masses_kg, (1.0,), low_kg, high_kg)
         if as_stated is not None:
             odd = not expected.guessed and not _ODD_KG_M3[0] <= as_stated / volume_m3 <= _ODD_KG_M3[1]
             return Mass(as_stated, "quantity", doubts=(WEIGHT_ODD,) * odd)
         shares = _SLIP_DEFAULT_SHARES if expected.source == "default" else _SLIP_SHARES
         low_kg, high_kg = (share * expected.kg for share in shares)
         converted = _first(masses_kg, _WEIGHT_SLIPS, low_kg, high_kg)
-        if converted is not None:
-            return Mass(converted, "quantity", doubts=(WEIGHT_SLIP,))
-        return replace(expected, doubts=(*expected.doubts, WEIGHT_REFUSED))
+        doubt, counts_kg = (WEIGHT_DOUBTFUL, masses_kg[0]) if converted is None else (WEIGHT_SLIP, converted)
+        found = replace(expected, doubts=(*expected.doubts, doubt), doubted_kg=(masses_kg[0], expected.kg))
+        if expected.kg <= counts_kg <= _ABSURD_SHARE * expected.kg:
+            return replace(found, kg=counts_kg, source="quantity", guessed=False)
+        return found
 
     def _volume(self, product: Any, guess_m3: float, most_m3: float) -> tuple[float, tuple[str, ...]]:
         """Return the stated volume of a product whose mesh is open if it fits, otherwise the guess; and doubts."""
@@ -262,16 +268,6 @@ class Masses:
 def weakest(sources: Sequence[str]) -> str:
     """Return the least reliable of several mass sources."""
     return max(sources, key=SOURCES.index)
-
-
-def _densities(material_kg_m3: float, is_default: bool) -> tuple[float, float]:
-    """Return the least and the most that a part weighs per volume, kg/m3; ``is_default``: its material is not known."""
-    low, high = _PLAUSIBLE_KG_M3
-    if is_default:
-        return low, high
-    is_massive = _MASSIVE_KG_M3[0] <= material_kg_m3 <= _MASSIVE_KG_M3[1]
-    least = material_kg_m3 * (_MASSIVE_SHARE if is_massive else _HOLLOW_SHARE)
-    return max(low, least), min(high, max(_MOST_SHARE * material_kg_m3, DEFAULT_DENSITY_KG_M3))
 
 
 def _first(values: Sequence[float], factors: Sequence[float], low: float, high: float) -> float | None:

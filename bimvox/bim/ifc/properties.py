@@ -10,7 +10,7 @@ import ifcopenshell.util.element as element_util
 
 from bimvox.bim.building import Casting
 from bimvox.bim.ifc.text import label
-from bimvox.bim.kinds.words import casting_by_name
+from bimvox.bim.kinds.words import casting_by_name, density_by_name
 
 _MOST = 1e15
 """A larger number is not a quantity, in any unit."""
@@ -18,7 +18,7 @@ _MOST = 1e15
 
 @dataclass(frozen=True, slots=True)
 class Stated:
-    """A positive number that a file states.
+    """A number that a file states.
 
     Attributes:
         value: The number.
@@ -89,12 +89,13 @@ class Properties:
             }
         return self._sets[product.id()]
 
-    def stated(self, product: Any, names: Sequence[str]) -> list[Stated]:
+    def stated(self, product: Any, names: Sequence[str], *, negative: bool = False) -> list[Stated]:
         """Return the numbers under these names: earlier names first, then those of the product before its type's.
 
         Args:
             product: The ``IfcProduct``.
             names: In lower case, without blanks and underscores.
+            negative: Whether negative numbers are returned too.
         """
         if not any(_plain_key(key) in names for values in self.sets_of(product).values() for key in values):
             return []
@@ -102,19 +103,19 @@ class Properties:
             (names.index(name), stated)
             for definition in _definitions(product)
             for name, stated in numbers_in(definition)
-            if name in names
+            if name in names and (negative or stated.value > 0.0)
         ]
         return [stated for _, stated in sorted(found, key=lambda pair: pair[0])]
 
 
 def numbers_in(definition: Any) -> Iterator[tuple[str, Stated]]:
-    """Yield the positive numbers in a set of properties or quantities, by name in lower case without blanks."""
+    """Yield the numbers other than 0 in a set of properties or quantities, by name in lower case without blanks."""
     for entry in getattr(definition, "Quantities", None) or ():
-        if entry.is_a("IfcPhysicalSimpleQuantity") and _is_positive(entry[3]):
+        if entry.is_a("IfcPhysicalSimpleQuantity") and _is_number(entry[3]):
             yield _plain_key(label(entry.Name)), Stated(float(entry[3]), entry.is_a(), entry.Unit)
     for entry in getattr(definition, "HasProperties", None) or getattr(definition, "Properties", None) or ():
         value = entry.NominalValue if entry.is_a("IfcPropertySingleValue") else None
-        if value is not None and _is_positive(value.wrappedValue):
+        if value is not None and _is_number(value.wrappedValue):
             yield _plain_key(label(entry.Name)), Stated(float(value.wrappedValue), value.is_a(), entry.Unit)
 
 
@@ -128,8 +129,8 @@ def _definitions(product: Any) -> Iterator[Any]:
     yield from (getattr(kind, "HasPropertySets", None) or ()) if kind is not None else ()
 
 
-def _is_positive(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < _MOST
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0 < abs(value) < _MOST
 
 
 def _plain_key(name: str) -> str:
@@ -144,7 +145,7 @@ def has_thickness(product: Any) -> bool:
 
 
 def layers_of(product: Any) -> list[tuple[Any, float]]:
-    """Return (material, weight) of a product's layers; only the first if the shares are not stated."""
+    """Return (material, weight) of a product's layers; without shares only the first one that is not insulation."""
     material = element_util.get_material(product, should_skip_usage=True)
     if material is None:
         return []
@@ -158,12 +159,23 @@ def layers_of(product: Any) -> list[tuple[Any, float]]:
         constituents = material.MaterialConstituents or ()
         layers = [(constituent.Material, float(constituent.Fraction or 0.0)) for constituent in constituents]
         if not any(share for _, share in layers):
-            layers = [(part, 1.0) for part, _ in layers][:1]
+            layers = [(part, 1.0) for part, _ in sorted(layers, key=lambda layer: _is_insulation(layer[0]))][:1]
     elif material.is_a("IfcMaterialList"):
-        layers = [(part, 1.0) for part in material.Materials][:1]
+        layers = [(part, 1.0) for part in sorted(material.Materials, key=_is_insulation)][:1]
     else:
         return []
     return [(part, weight) for part, weight in layers if part is not None]
+
+
+INSULATION_KG_M3 = 60.0
+"""A part whose mean density is below this is a layer of insulation or air modelled as a slab, wall or plate: it is
+laid by hand. (The lightest layer that is lifted is a stud layer, about 100 kg/m3.)"""
+
+
+def _is_insulation(material: Any) -> bool:
+    """Return whether a material is insulation by its name: without shares, it is not what a part is made of."""
+    kg_m3 = None if material is None else density_by_name(label(material.Name))
+    return kg_m3 is not None and kg_m3 < INSULATION_KG_M3
 
 
 _STATED = ("castingmethod", "constructionmethod", "castunittype")

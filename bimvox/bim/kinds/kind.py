@@ -78,6 +78,7 @@ class Correction:
         means: How they get to their places; None: as kind, size and mass say.
         where: Its place in a file, for messages.
         one_part: Whether ``select`` is the id of one part.
+        mass_kg: What each of them weighs; None: as the source says.
     """
 
     select: str
@@ -85,6 +86,7 @@ class Correction:
     means: Way | None
     where: str
     one_part: bool = False
+    mass_kg: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,11 +97,13 @@ class Corrected:
         kind: What it is, if they say that.
         means: How it gets to its place, if they say that.
         by_type: The same, of corrections of types only.
+        mass_kg: What it weighs, if they say that.
     """
 
     kind: Kind | None = None
     means: Way | None = None
     by_type: Way | None = None
+    mass_kg: float | None = None
 
     @property
     def judgement(self) -> Judgement | None:
@@ -116,9 +120,11 @@ def all_of(corrections: Iterable[Correction]) -> Corrected:
     kinds = [one.kind for one in ordered if one.kind is not None]
     ways = [one.means for one in ordered if one.means is not None]
     by_type = [one.means for one in ordered if one.means is not None and not one.one_part]
-    if not (kinds or ways):
+    masses_kg = [one.mass_kg for one in ordered if one.mass_kg is not None]
+    if not (kinds or ways or masses_kg):
         return UNTOUCHED
-    return Corrected(*((found[-1] if found else None) for found in (kinds, ways, by_type)))  # type: ignore[arg-type]
+    last = ((found[-1] if found else None) for found in (kinds, ways, by_type, masses_kg))
+    return Corrected(*last)  # type: ignore[arg-type]
 
 
 def unmatched(corrections: Sequence[Correction], is_matched: Callable[[Correction], bool]) -> list[str]:

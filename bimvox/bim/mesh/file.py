@@ -188,11 +188,13 @@ def corrections_of(
 
 
 def with_correction(element: Element, volume_m3: float, corrected: Corrected) -> Element:
-    """Return a body with what the site file says of it; its mass follows from its kind."""
+    """Return a body with what the site file says of it; its mass, unless stated there, follows from its kind."""
     if corrected.judgement is not None:
         kind = corrected.judgement.kind
         kg, casting = volume_m3 * density_of_kind(kind), casting_of(kind, None)
         element = replace(element, judgement=corrected.judgement, mass_kg=kg, casting=casting)
+    if corrected.mass_kg is not None:
+        element = replace(element, mass_kg=corrected.mass_kg, mass_source="quantity", volume_guessed=False)
     if corrected.means is not None:
         role = Role.FITTING if corrected.means == OUT else Role.COMPONENT
         element = replace(element, role=role, stated_means=corrected.by_type)

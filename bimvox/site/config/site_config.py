@@ -195,14 +195,15 @@ class ComponentConfig(Table):
     """Why ``means`` is so, where no person says it: init writes what it found. Remove it with ``means``."""
     kind: KindName | None = None
     """What it is. Default: as the evidence in the model says."""
+    mass_kg: Annotated[Positive, Field(le=1e6)] | None = Field(default=None, examples=[2450])
+    """What it weighs. Default: as the model states, otherwise by volume and material."""
 
     @model_validator(mode="after")
     def _liftable(self) -> Self:
         given = self.start or self.pose or self.turn or self.before or self.after or self.crane
-        given = given or self.means or self.kind
-        if self.pinned and given:
+        if self.pinned and (given or self.means or self.kind or self.mass_kg):
             raise ValueError(
-                "a pinned part is not lifted: remove its start, pose, turn, before, after, crane, means and kind"
+                "a pinned part is not lifted: remove its start, pose, turn, before, after, crane, means, kind, mass_kg"
             )
         return self
 
@@ -385,10 +386,12 @@ class SiteConfig(Table):
                 kind = None if one.kind is None else Kind(one.kind)
                 found.append(Correction(one.select, kind, one.means, f"{self._file}: model.kinds[{number}]"))
         for number, entry in enumerate(self.component):
-            if entry.kind is not None or entry.means is not None:
+            if entry.kind is not None or entry.means is not None or entry.mass_kg is not None:
                 kind = None if entry.kind is None else Kind(entry.kind)
                 where = f"{self._file}: component[{number}]"
-                found.append(Correction(entry.global_id, kind, entry.means, where, one_part=True))
+                found.append(
+                    Correction(entry.global_id, kind, entry.means, where, one_part=True, mass_kg=entry.mass_kg)
+                )
         return tuple(found)
 
     def at_ground(self, ground_m: float) -> SiteConfig:

@@ -97,3 +97,35 @@ def test_the_rules_of_the_defaults_leave_a_stated_way_alone(maker: Any, tmp_path
     every = read(path, says("IfcPlate + IfcBuildingElementProxy + IfcBeam", means="crane"))
     assert {one.role for one in every.elements} == {Role.COMPONENT}
     assert not any("class that is lifted" in note for note in every.notes)
+
+
+@pytest.mark.parametrize(("stated_kg", "kg"), [(44.0, 1500.0), (15_000.0, 15_000.0), (1.5, 1500.0), (-9.0, 1500.0)])
+def test_of_a_doubtful_mass_the_greater_one_counts_until_the_site_file_says_what_a_part_weighs(
+    maker: Any, tmp_path: Path, stated_kg: float, kg: float
+) -> None:
+    made = maker()
+    plank = made.box("IfcSlab", (0, 0, 3), (4, 1, 0.15), Name="Plank", global_id="3nHd8ZlQ1BDPNs$oYbZrGQ")
+    made.material(plank, "Prefab concrete C45/55")
+    made.properties(plank, "Qto_SlabBaseQuantities", NetWeight=stated_kg)
+    path = made.write(tmp_path / "m.ifc")
+    found = called(read(path), "Plank")
+    assert found.mass_kg == pytest.approx(kg)
+    assert found.doubted_kg == (stated_kg, pytest.approx(1500.0))
+    said = Correction("3nHd8ZlQ1BDPNs$oYbZrGQ", None, None, "a.toml: component[0]", one_part=True, mass_kg=700.0)
+    after = called(read(path, said), "Plank")
+    assert (after.mass_kg, after.mass_source, after.doubted_kg) == (700.0, "quantity", ())
+    assert after.judgement == found.judgement
+
+
+@pytest.mark.parametrize("order", [("EPS insulation", "Prefab concrete"), ("Prefab concrete", "EPS insulation")])
+def test_without_shares_a_part_is_of_what_is_not_insulation(maker: Any, tmp_path: Path, order: tuple[str, str]) -> None:
+    """An insulated plank whose materials are a list: taken as insulation, it would be set by hand."""
+    made = maker()
+    plank = made.box("IfcSlab", (0, 0, 3), (4, 1, 0.15), Name="Plank")
+    listed = made.file.create_entity(
+        "IfcMaterialList", [made.file.create_entity("IfcMaterial", Name=name) for name in order]
+    )
+    made.rooted("IfcRelAssociatesMaterial", RelatedObjects=[plank], RelatingMaterial=listed)
+    found = called(read(made.write(tmp_path / "m.ifc")), "Plank")
+    assert (found.judgement.kind, found.material) == (Kind.PRECAST, "Prefab concrete")
+    assert found.mass_kg == pytest.approx(0.6 * 2500.0)

@@ -12,7 +12,7 @@ import pytest
 from bimvox.bim.building import Building, Element, TriangleMesh
 from bimvox.bim.ifc.assembly import Aggregation, Extent, MeshedProduct
 from bimvox.bim.ifc.group_mass import GroupMasses, share_inside
-from bimvox.bim.ifc.mass import ASSEMBLY_LOW, REPEATED, REPEATED_WHOLE, WEIGHT_REFUSED, WEIGHT_SLIP, Masses
+from bimvox.bim.ifc.mass import ASSEMBLY_LOW, REPEATED, REPEATED_WHOLE, WEIGHT_DOUBTFUL, WEIGHT_SLIP, Masses
 from bimvox.bim.ifc.properties import Properties
 from bimvox.bim.mesh.repair import Solid
 from bimvox.bim.options import ReadOptions
@@ -130,7 +130,7 @@ def truss(made: IfcMaker, stated_kg: tuple[float | None, ...] = (None, None, Non
     [
         (1500.0, (None, None, None), 1500.0, "quantity", None),
         (1.5, (None, None, None), 1500.0, "quantity", WEIGHT_SLIP),
-        (1.5e9, (None, None, None), 1020.5, "density", WEIGHT_REFUSED),
+        (1.5e9, (None, None, None), 1020.5, "density", WEIGHT_DOUBTFUL),
         (1500.0, (480.0, 80.0, 480.0), 1500.0, "quantity", None),
         (800.0, (480.0, 80.0, 480.0), 1040.0, "quantity", ASSEMBLY_LOW),
         (1035.0, (480.0, 80.0, 480.0), 1040.0, "quantity", None),
@@ -153,8 +153,8 @@ def test_the_weight_of_an_assembly(
     building, found = read(made, tmp_path)
     assert found["T"].mass_kg == pytest.approx(kg)
     assert found["T"].mass_source == source
-    assert [has_note(building, one) for one in (WEIGHT_SLIP, WEIGHT_REFUSED, ASSEMBLY_LOW)] == [
-        note == one for one in (WEIGHT_SLIP, WEIGHT_REFUSED, ASSEMBLY_LOW)
+    assert [has_note(building, one) for one in (WEIGHT_SLIP, WEIGHT_DOUBTFUL, ASSEMBLY_LOW)] == [
+        note == one for one in (WEIGHT_SLIP, WEIGHT_DOUBTFUL, ASSEMBLY_LOW)
     ]
 
 

@@ -9,8 +9,8 @@ from bimvox.bim.ifc.mass import (
     OVERFULL,
     VOLUME_REFUSED,
     VOLUME_SLIP,
+    WEIGHT_DOUBTFUL,
     WEIGHT_ODD,
-    WEIGHT_REFUSED,
     WEIGHT_SLIP,
     Mass,
     Masses,
@@ -54,15 +54,16 @@ def test_a_stated_density_beats_the_name_and_a_stated_volume_an_open_mesh() -> N
     assert found.of(beam, 2.0, exact=False).kg == pytest.approx(4_000)
 
 
-def test_net_weight_comes_before_gross_and_absurd_weights_are_refused() -> None:
+def test_net_weight_comes_before_gross_and_of_a_doubtful_weight_the_greater_one_counts() -> None:
     made = IfcMaker()
     beam = made.rooted("IfcBeam")
     made.properties(beam, "Qto", NetWeight=900.0, GrossWeight=1000.0)
     found = Masses(made.file, Properties())
     assert found.of(beam, 0.4, exact=True) == Mass(900.0, "quantity")
-    assert found.of(beam, 0.05, exact=True) == Mass(900.0, "quantity", doubts=(WEIGHT_ODD,))
-    assert found.of(beam, 60.0, exact=True) == Mass(900.0, "quantity", doubts=(WEIGHT_ODD,))
-    assert found.of(beam, 4000.0, exact=True) == Mass(2400.0 * 4000.0, "default", doubts=(WEIGHT_REFUSED,))
+    heavy = Mass(900.0, "quantity", doubts=(WEIGHT_DOUBTFUL,), doubted_kg=(900.0, 2400.0 * 0.05))
+    assert found.of(beam, 0.05, exact=True) == heavy
+    light = Mass(2400.0 * 60.0, "default", doubts=(WEIGHT_DOUBTFUL,), doubted_kg=(900.0, 2400.0 * 60.0))
+    assert found.of(beam, 60.0, exact=True) == light
 
 
 @pytest.mark.parametrize(
@@ -73,15 +74,22 @@ def test_net_weight_comes_before_gross_and_absurd_weights_are_refused() -> None:
         (1.25, None, 1250.0, (WEIGHT_SLIP,)),
         (1250.0, "Concrete C30/37", 1250.0, ()),
         (1.25, "Concrete C30/37", 1250.0, (WEIGHT_SLIP,)),
-        (40.0, "Concrete C30/37", 1250.0, (WEIGHT_REFUSED,)),
-        (40.0, "S355", 40.0, ()),
-        (11_000.0, "Concrete C30/37", 1250.0, (WEIGHT_REFUSED,)),
-        (1e6, "S355", 3925.0, (WEIGHT_REFUSED,)),
+        (1.2e6, "Concrete C30/37", 1250.0, (WEIGHT_SLIP,)),
+        (40.0, "Concrete C30/37", 1250.0, (WEIGHT_DOUBTFUL,)),
+        (249.0, "Concrete C30/37", 1250.0, (WEIGHT_DOUBTFUL,)),
+        (251.0, "Concrete C30/37", 251.0, ()),
+        (40.0, "S355", 3925.0, (WEIGHT_DOUBTFUL,)),
+        (5_900.0, "Concrete C30/37", 5_900.0, ()),
+        (11_000.0, "Concrete C30/37", 11_000.0, (WEIGHT_DOUBTFUL,)),
+        (124_000.0, "Concrete C30/37", 124_000.0, (WEIGHT_DOUBTFUL,)),
+        (1e6, "S355", 3925.0, (WEIGHT_DOUBTFUL,)),
+        (-1250.0, "Concrete C30/37", 1250.0, (WEIGHT_DOUBTFUL,)),
+        (0.0, "Concrete C30/37", 1250.0, ()),
         (8.0, "EPS", 8.0, (WEIGHT_ODD,)),
         (240.0, "Timber GL24h", 240.0, ()),
     ],
 )
-def test_a_stated_weight_that_the_material_contradicts_gives_way(
+def test_of_a_stated_weight_that_the_material_contradicts_the_greater_one_counts(
     stated: float, material: str | None, kg: float, doubts: tuple[str, ...]
 ) -> None:
     made = IfcMaker()
@@ -92,7 +100,11 @@ def test_a_stated_weight_that_the_material_contradicts_gives_way(
     mass = Masses(made.file, Properties()).of(beam, 0.5, exact=True)
     assert mass.kg == pytest.approx(kg)
     assert mass.doubts == doubts
-    assert mass.source == ("density" if WEIGHT_REFUSED in doubts else "quantity")
+    if WEIGHT_ODD in doubts or not doubts:
+        assert mass.doubted_kg == ()
+    else:
+        assert mass.doubted_kg == (stated, pytest.approx(3925.0 if material == "S355" else 1250.0, rel=0.05))
+        assert mass.kg >= mass.doubted_kg[1], "the greater one counts"
 
 
 def test_a_body_drawn_twice_weighs_no_more_than_its_box() -> None:
@@ -173,9 +185,9 @@ def test_a_surface_may_stand_for_a_wall_as_thick_as_walls_are(key: str, value: f
     ("stated_kg", "expected"),
     [
         (900.0, Mass(900.0, "quantity")),
-        (3.0, Mass(3000.0, "quantity", doubts=(WEIGHT_SLIP,))),
-        (9e6, Mass(2400.0, "default", True, (WEIGHT_REFUSED,))),
-        (1e-3, Mass(2400.0, "default", True, (WEIGHT_REFUSED,))),
+        (3.0, Mass(3000.0, "quantity", doubts=(WEIGHT_SLIP,), doubted_kg=(3.0, 2400.0))),
+        (9e6, Mass(2400.0, "default", True, (WEIGHT_DOUBTFUL,), (9e6, 2400.0))),
+        (1e-3, Mass(2400.0, "default", True, (WEIGHT_DOUBTFUL,), (1e-3, 2400.0))),
     ],
 )
 def test_a_stated_weight_that_the_box_of_an_open_mesh_cannot_hold_gives_way_too(
