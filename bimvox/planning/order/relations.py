@@ -30,6 +30,7 @@ from bimvox.planning.occupancy import Occupancy, target_cells
 from bimvox.site.ground import Ground
 from bimvox.site.means import Means
 from bimvox.site.site import Site
+from bimvox.site.work import Work, kind_of
 
 _ROUNDING_M = 1e-6
 _MADE_THERE = (Means.IN_SITU, Means.BUILT)
@@ -46,7 +47,7 @@ class Precedence:
         descent: Per component, those that must come later because they would block its straight descent; none for what
             is cast or built in its place.
         yields: Per component, those that come later unless that closes a cycle: they are above what is cast or built,
-            or it would pass them closer than the tolerance.
+            or it would pass them closer than the tolerance, or they are cast beside it, into joints and strips.
         supports: Per component, the components that it rests on.
         grounded: Per component, whether it rests on the ground or on a structure.
         touching: Per component, the components whose cells it shares or touches.
@@ -89,7 +90,6 @@ def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], No
         around = {j for j in np.flatnonzero(over).tolist() if is_brought and _is_made_around(site, contacts, i, j)}
         blocking = tuple(j for j in others if j in around or _blocks(site, contacts, i, j, foot_m))
         descent.append(blocking if is_brought else ())
-        yields.append(_passed(site, contacts, i, blocking) if is_brought else blocking)
         # Solids under the outline whose top may be near one of the part's undersides.
         near_below = np.flatnonzero(over & (boxes[:, 0, 2] < high[2]) & (boxes[:, 1, 2] > low[2] - gap_m))
         # From aside, the way out of a clash, a part drawn into the top of another does not meet it on its way down.
@@ -102,6 +102,8 @@ def precedence(site: Site, contacts: Contacts, progress: Callable[[int, int], No
             if j not in around and (_met(contacts, i, j, -1, gap_m) or (into[j] and _clash(contacts, i, j)))
         ]
         supports.append(tuple(j for j in held if j < count))
+        beside = _cast_beside(site, contacts, i, gap_m) - {*held, *blocking} if is_brought else set()
+        yields.append((*_passed(site, contacts, i, blocking), *sorted(beside)) if is_brought else blocking)
         # If a part runs right through something below it in the model, no gap can be measured.
         overlaps = any(contacts.way_out_m(i, int(j)) is None for j in below)
         grounded.append(on_ground[i] or any(j >= count for j in held) or overlaps)
@@ -160,6 +162,31 @@ def _is_made_around(site: Site, contacts: Contacts, i: int, j: int) -> bool:
         return False
     lowest_m = contacts.bounds_m[i, 0, 2] - site.rules.contact_tolerance_m - _ROUNDING_M
     return bool(contacts.bounds_m[j, 0, 2] >= lowest_m) and _clash(contacts, i, j)
+
+
+_FLOORS = (Work.SLAB, Work.BEAM)
+
+
+def _cast_beside(site: Site, contacts: Contacts, i: int, gap_m: float) -> set[int]:
+    """Return what is cast into the joints and strips beside a part of a floor: at its height, and no deeper.
+
+    What is deeper may carry it.
+    """
+    parts, boxes = site.components, contacts.bounds_m
+    if kind_of(parts[i]) not in _FLOORS:
+        return set()
+    low, high = boxes[i]
+    near = (boxes[:, 0] < high + gap_m).all(axis=1) & (boxes[:, 1] > low - gap_m).all(axis=1)
+    found = set()
+    for j in np.flatnonzero(near[: len(parts)]).tolist():
+        part, (low_j, high_j) = parts[j], boxes[j, :, 2]
+        shared_m = min(high[2], high_j) - max(low[2], low_j)
+        is_at_height = shared_m >= 0.5 * min(high[2] - low[2], high_j - low_j) and low_j >= low[2] - gap_m
+        if j != i and part.means is Means.IN_SITU and kind_of(part) in _FLOORS and is_at_height:
+            ways = ((axis, direction) for axis in (0, 1) for direction in (1, -1))
+            if any(contacts.meets_on_move(i, np.zeros(3), j, *way, gap_m, 1)[0] for way in ways):
+                found.add(j)
+    return found
 
 
 def _blocks(site: Site, contacts: Contacts, i: int, j: int, foot_m: NDArray[np.float64]) -> bool:

@@ -111,6 +111,52 @@ def test_what_is_cast_or_built_around_a_part_comes_after_it(low_m: tuple, high_m
     assert verify_plan(plan).verified
 
 
+SLAB = {"ifc_class": "IfcSlab"}
+PLANKS = [(f"plank {n}", (1.0, 1.0 + 1.5 * n, 3.0), (5.0, 2.0 + 1.5 * n, 3.2), SLAB) for n in range(2)]
+PIERS = [(f"pier {n}", (x, 1.0, 0.0), (x + 0.5, 3.5, 3.0)) for n, x in enumerate((1.0, 4.5))]
+
+
+@pytest.mark.parametrize(
+    ("low_m", "high_m", "more"),
+    [
+        ((1.0, 2.0, 3.0), (5.0, 2.5, 3.2), SLAB),  # the joint between them
+        ((1.0, 2.0, 2.98), (5.0, 2.5, 3.2), SLAB),  # a little deeper, as pours are drawn
+        ((1.0, 2.02, 3.05), (5.0, 2.48, 3.3), SLAB),  # with a gap, and an upstand
+        ((0.5, 0.5, 3.0), (1.0, 4.0, 3.2), {"ifc_class": "IfcBeam"}),  # a tie beam along their ends
+        ((1.0, 1.0, 3.2), (5.0, 3.5, 3.26), SLAB),  # the topping on them
+    ],
+)
+def test_what_is_cast_beside_or_over_planks_comes_after_them(low_m: tuple, high_m: tuple, more: dict) -> None:
+    site = box_site([("cast", low_m, high_m, more | CAST | zone(0)), *PIERS, *PLANKS])
+    order, sequence = sequence_of(site)
+    assert order[-1] == "cast"
+    assert not sequence.unheld
+
+
+@pytest.mark.parametrize(
+    ("low_m", "high_m", "more"),
+    [
+        ((1.0, 2.0, 2.5), (5.0, 2.5, 3.2), {"ifc_class": "IfcBeam"}),  # a beam that may carry them
+        ((1.0, 2.0, 0.0), (5.0, 2.5, 3.2), {"ifc_class": "IfcWall"}),
+        ((1.0, 2.2, 3.0), (5.0, 2.3, 3.2), SLAB),  # too far away for a joint
+    ],
+)
+def test_what_is_cast_deeper_or_apart_does_not_wait_for_planks(low_m: tuple, high_m: tuple, more: dict) -> None:
+    site = box_site([("cast", low_m, high_m, more | CAST | zone(0)), *PIERS, *PLANKS])
+    assert not any(0 in later for later in precedence(site, Contacts(site)).yields)
+
+
+def test_a_plank_that_rests_on_what_is_cast_beside_it_comes_after_it() -> None:
+    """On the ledge of a beam that is no deeper than the joint under the plank."""
+    ledge, upstand = ((0.5, 1.0, 2.96), (1.2, 2.0, 3.0)), ((0.5, 1.0, 2.96), (1.0, 2.0, 3.2))
+    beam = ("beam", (0.5, 1.0, 2.96), (1.2, 2.0, 3.2), {"ifc_class": "IfcBeam"} | CAST)
+    site = box_site([*PLANKS[:1], *PIERS, beam])
+    shaped = replace(site.components[3], mesh=TriangleMesh.joined([box_mesh(*box) for box in (ledge, upstand)]))
+    site = replace(site, components=(*site.components[:3], shaped))
+    order, _ = sequence_of(site)
+    assert order.index("beam") < order.index("plank 0")
+
+
 def test_a_panel_that_stands_in_a_slab_cast_below_it_comes_after_the_slab() -> None:
     slab = ("slab", (0.5, 0.5, 3.0), (5.5, 5.5, 3.3), {"ifc_class": "IfcSlab", **CAST})
     site = box_site([("panel", (1.0, 1.0, 3.2), (4.0, 1.2, 5.0)), ("pier", (0.5, 0.5, 0.0), (5.5, 5.5, 3.0)), slab])
