@@ -284,6 +284,14 @@ def _unloading(figures: Mapping[str, Any]) -> str | None:
     )
 
 
+def _cost(figures: Mapping[str, Any]) -> str | None:
+    """Return what crew, hire, lorries and set-up cost, and by which rates."""
+    if (found := figures.get("cost")) is None:
+        return None
+    parts = ", ".join(f"{key.replace('_', '-')} {found[key]:,.0f}" for key in ("crew", "hire", "lorries", "set_up"))
+    return f"{found['total']:,.0f} {found['currency']}: {parts}; {found['source']}"
+
+
 def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
     """Return the figures of a plan as names and values; None if one does not apply."""
     shares = figures["shares"].items()
@@ -301,6 +309,7 @@ def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
             else f"{elapsed(3600.0 * hours)}, {elapsed(3600.0 * figures['loaded_hours'])} of it loaded",
         ),
         ("unloading", _unloading(figures)),
+        ("cost", _cost(figures)),
         ("hire", days and f"{days:,} day{'' if days == 1 else 's'} of the working week, waits and wind included"),
         *(
             (f"crane {crane['name']}", f"{crane['lifts']:,} lifts, works {crane['busy_share']:.0%} of the time")

@@ -18,6 +18,7 @@ from bimvox.site.site import with_names
 from bimvox.units import clock, elapsed
 
 _LISTED = 12
+_AMOUNTS = ("total", "crew", "hire", "lorries", "set_up")
 
 
 def heading(record: dict[str, Any]) -> str:
@@ -60,6 +61,7 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
             f"{number(totals['mass_kg'], tonnes(totals['mass_kg']), 'total_mass_kg')} t, heaviest part {heaviest} t",
         ),
         ("Crane needed", _needed(totals) if record["crane"] else ""),
+        ("Costs", _costs(totals["cost"]) if totals["cost"] else ""),
         ("Critical lifts", critical_words if record["crane"] else ""),
         ("Lift category", in_short(record) if record["crane"] else ""),
         ("To tick", f"{len(record['not_covered']):,} lines that this plan does not cover"),
@@ -87,6 +89,14 @@ def _needed(totals: dict[str, Any]) -> str:
         return ""
     days = number(dates["hire_days"], counted(dates["hire_days"], "day"), "hire_days")
     return f"{days} of the working week, waits and wind included; erecting and dismantling come on top"
+
+
+def _costs(cost: dict[str, Any]) -> str:
+    """Return what crew, hire, lorries and set-up cost, and by which rates."""
+    amounts = {key: number(cost[key], fixed(cost[key], 0), f"cost_{key}") for key in _AMOUNTS}
+    hire = f"hire {amounts['hire']} for {counted(cost['hire_days'], 'day')} of the working week"
+    parts = f"crew {amounts['crew']}, {hire}, lorries {amounts['lorries']}, set-up {amounts['set_up']}"
+    return f"{amounts['total']} {escape(cost['currency'])}: {parts}<br>{escape(cost['source'])}"
 
 
 def _elapsed(totals: dict[str, Any]) -> str:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import dataclasses
 import re
 from datetime import date
+from pathlib import Path
 
+import pytest
 from log_building import tiny_log
 from opened_pages import revision_of
 
@@ -14,6 +16,7 @@ from bimvox.rendering.report.gantt import gantt_chart
 from bimvox.rendering.report.record import record_of
 from bimvox.rendering.report.sections import heading
 from bimvox.rendering.report.words import span
+from bimvox.site.config.site_config import ModelConfig, SiteConfig
 
 
 def test_head_notes_and_gantt_chart_have_the_dates():
@@ -47,3 +50,14 @@ def test_the_hours_on_the_hook_include_the_unloading_of_all_lorries():
     record = record_of(dataclasses.replace(revision_of(log), dates=dates))
     hook_s = record["totals"]["total_s"] + dates.unloading.seconds
     assert f"On the hook</dt><dd>{span(hook_s)}, {span(dates.unloading.seconds)} of it unloading" in heading(record)
+
+
+def test_the_key_figures_have_the_costs_with_where_their_rates_come_from():
+    own = SiteConfig(model=ModelConfig(path=Path("model.ifc")))
+    record = record_of(dataclasses.replace(revision_of(tiny_log(crane=True)), config=own))
+    cost = record["totals"]["cost"]
+    assert cost["total"] == pytest.approx(sum(cost[key] for key in ("crew", "hire", "lorries", "set_up")), abs=0.02)
+    html = heading(record)
+    assert f"{cost['total']:,.0f}</data> EUR: crew" in html
+    assert "typical rates, partly assumed" in html
+    assert record_of(revision_of(tiny_log(crane=True)))["totals"]["cost"] is None, "a log without a site file"
