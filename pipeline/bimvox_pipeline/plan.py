@@ -70,6 +70,9 @@ def plan(
     calendar, costs = log_calendar(made.record), log_costs(made.record)
     document = _document_of(Planned(made.record.plan, made.motions), made.policy, calendar, costs)
     dates = log_dates(made.record)
+    if dates is not None:
+        groups = not_lifted_groups(made.site, made.record.plan.lifts, made.motions, made.record.steps)
+        more |= {"not_lifted": [dates.with_dates(one) for one in groups]}
     more |= {"calendar": dates.document() if dates else None}
     more |= {"remarks": [remark.to_dict() for remark in made.remarks]}
     more |= {"not_covered": [line.to_dict() for line in made.not_covered]}

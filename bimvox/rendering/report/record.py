@@ -110,7 +110,10 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "infeasible": _causes_first(lifts),
         **steps.documents(site),
         "props": propped(revision),
-        "not_lifted": [one.to_dict() for one in not_lifted_groups(site, revision.lifts, revision.motions, steps)],
+        "not_lifted": [
+            revision.dates.with_dates(one) if revision.dates else one.to_dict()
+            for one in not_lifted_groups(site, revision.lifts, revision.motions, steps)
+        ],
         "deliveries": _deliveries(lifts, revision.dates),
         "verdict": revision.verdict.to_dict(),
         "conditions": list(revision.conditions),
