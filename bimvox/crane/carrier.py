@@ -116,6 +116,8 @@ class Stand:
         free_standing_m: Highest hook above the foot without ties.
         in_service: Loads on the foundation in service.
         out_of_service: Loads on the foundation out of service.
+        mass_kg: Mass of the crane without the ballast on its base.
+        tail_radius_m: How far its counter-jib reaches back from the slewing axis.
     """
 
     base: str = ""
@@ -124,6 +126,8 @@ class Stand:
     free_standing_m: float | None = None
     in_service: BaseLoads | None = None
     out_of_service: BaseLoads | None = None
+    mass_kg: float | None = field(default=None, metadata=SPARSE)
+    tail_radius_m: float | None = field(default=None, metadata=SPARSE)
 
 
 @dataclass(frozen=True, slots=True)

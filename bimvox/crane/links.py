@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from bimvox.crane.tower_crane import AxisLimits, LuffingJib, TowerCrane
 
 COUNTER_JIB_SHARE = 0.28
-"""Length of a hammerhead's counter-jib as a share of its jib length."""
+"""Length of a hammerhead's counter-jib that nobody states, as a share of its jib length."""
 HOOK_BLOCK_M = (0.5, 0.5, 1.0)
 """Length, width and height of the hook block; its lowest point is the hook."""
 
@@ -152,8 +152,9 @@ def links_of(crane: TowerCrane) -> Links:
 
 
 def counter_jib_m(crane: TowerCrane) -> float:
-    """Return the length of a hammerhead's counter-jib."""
-    return max(COUNTER_JIB_SHARE * crane.jib_length_m, 3.0 * crane.mast_size_m)
+    """Return the length of a hammerhead's counter-jib, as its machine file states it or by the share of its jib."""
+    stated_m = None if crane.stand is None else crane.stand.tail_radius_m
+    return stated_m or max(COUNTER_JIB_SHARE * crane.jib_length_m, 3.0 * crane.mast_size_m)
 
 
 def tower_head_m(crane: TowerCrane) -> float:

@@ -14,6 +14,25 @@ from bimvox.crane.tower_crane import AxisLimits, LuffingJib, Override, TowerCran
 
 
 @dataclass(frozen=True, slots=True)
+class Source:
+    """A publication with figures of a machine.
+
+    Attributes:
+        title: Its title.
+        publisher: Who published it.
+        date: Its date or edition; empty if it has none.
+        address: Where it is.
+        states: The figures that it gives.
+    """
+
+    title: str
+    publisher: str
+    date: str
+    address: str
+    states: str
+
+
+@dataclass(frozen=True, slots=True)
 class Machine:
     """A machine with all its jib lengths and reevings.
 
@@ -24,6 +43,11 @@ class Machine:
         jibs_m: Length of the jib of each of ``cranes``; from the pivot for a luffing jib.
         cranes: The machine with each jib and reeving, on the origin: shorter jibs first, then fewer falls.
         file: Name and content of its file; None for a machine of the catalogue.
+        hoist_kw: Power of its hoist motor; None if nobody states it.
+        sources: What publishes the figures of a real machine; empty for a generic one.
+        assumed: Keys whose values are those of the generic class ``like``, because no source states them.
+        not_found: What no source states, and what the machine therefore does not have.
+        like: Name of the generic machine of its class; empty for a generic one.
     """
 
     name: str
@@ -32,6 +56,11 @@ class Machine:
     jibs_m: tuple[float, ...]
     cranes: tuple[TowerCrane, ...]
     file: tuple[str, bytes] | None = None
+    hoist_kw: float | None = None
+    sources: tuple[Source, ...] = ()
+    assumed: tuple[str, ...] = ()
+    not_found: tuple[str, ...] = ()
+    like: str = ""
 
     @property
     def load_moment_tm(self) -> float:

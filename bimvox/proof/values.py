@@ -369,8 +369,10 @@ def _check_crane(check: Check, crane: TowerCrane) -> None:
     if crane.foundation_m2 is not None:
         _within(check, f"{where}: foundation_m2", crane.foundation_m2, _FOUNDATION_M2)
     if crane.stand is not None:
-        own = (crane.stand.edge_m, crane.stand.ballast_kg, crane.stand.free_standing_m)
+        own = (crane.stand.edge_m, crane.stand.ballast_kg, crane.stand.free_standing_m, crane.stand.mass_kg)
         _finite(check, f"{where}: stand", [one or 0.0 for one in own], most=_HEAVY_KG)
+        if crane.stand.tail_radius_m is not None:
+            _within(check, f"{where}: stand.tail_radius_m", crane.stand.tail_radius_m, _LUFFING["tail_radius_m"])
     _finite(check, f"{where}: base_m", crane.base_m, most=_FAR_M)
     axes = {"slewing": crane.slewing, "trolley": crane.trolley, "hoist": crane.hoist}
     if (jib := crane.luffing) is not None:

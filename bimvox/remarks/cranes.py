@@ -12,7 +12,7 @@ from bimvox.bim.building import ASSUMED
 from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.bim.kinds.words import density_of_kind
 from bimvox.compiled import kernel
-from bimvox.crane.load_chart import capacity_kg
+from bimvox.crane.load_chart import utilisation
 from bimvox.crane.machine import Machine, differences, does_more, is_same, same_chart
 from bimvox.crane.outline import mast_box_m
 from bimvox.crane.tower_crane import TowerCrane
@@ -42,11 +42,26 @@ def machines(subject: Subject) -> Iterator[Remark]:
     for crane in subject.site.cranes:
         named = machine_called(crane.machine or crane.name)
         possible = catalogue() if named is None else (named,)
+        if named is not None and named.sources:
+            yield _public(crane, named)
         if any(is_same(crane, entry) for machine in possible for entry in machine.cranes):
-            yield table.CRANE_GENERIC(crane=crane.name)
+            if named is None or not named.sources:
+                yield table.CRANE_GENERIC(crane=crane.name)
             continue
         entry = _entry_of(crane, named)
         yield _unknown(crane) if entry is None else _altered(crane, entry)
+
+
+def _public(crane: TowerCrane, machine: Machine) -> Remark:
+    """Return the remark about a real machine from public figures."""
+    return table.CRANE_PUBLIC(
+        crane=crane.name,
+        machine=machine.name,
+        source="; ".join(f"{one.title}, {one.publisher}{one.date and ', ' + one.date}" for one in machine.sources),
+        like=machine.like,
+        assumed=", ".join(machine.assumed),
+        not_found=", ".join(machine.not_found),
+    )
 
 
 def _entry_of(crane: TowerCrane, named: Machine | None) -> TowerCrane | None:
@@ -243,7 +258,7 @@ def high_utilisation(subject: Subject) -> Iterator[Remark]:
     for component, crane, share in _used(subject):
         if share > (site.rules.highest_utilisation if gives_way else HIGH_SHARE) + 1e-6:
             set_by = crane_towards(site, crane, component, component.target_vox)
-            at_place = hung_kg(crane, component) / capacity_kg(set_by.chart, place_radius_m(site, crane, component))
+            at_place = utilisation(set_by.chart, place_radius_m(site, crane, component), hung_kg(crane, component))
             where = "at its place" if at_place > share - 1e-3 else "where it is picked"
             if gives_way:
                 where += f", where it cannot use {100.0 * site.rules.highest_utilisation:g} %"

@@ -36,6 +36,10 @@ class Row(NamedTuple):
 CRANE_GENERIC = Row("crane_generic", _NOTE,
     "crane {crane!r} is a machine of the catalogue with typical data, not a manufacturer's product: its load chart "
     "must be replaced by that of the machine on site")
+CRANE_PUBLIC = Row("crane_public", _MINOR,
+    "crane {crane!r} is {machine} from public figures: chart from public end points ({source}); between them the "
+    "smaller load moment holds. Check it against the machine's own chart. Assumed, as of {like}: {assumed}. Not found: "
+    "{not_found}")
 CRANE_FICTITIOUS = Row("crane_unknown", _SERIOUS,
     "crane {crane!r} is fictitious, it does not exist: a machine scaled up by calculation ({data}); name a real "
     "machine and give its load chart")

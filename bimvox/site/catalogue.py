@@ -1,8 +1,9 @@
-"""The catalogue of machines: the files of ``bimvox/crane/catalogue``."""
+"""The catalogue of machines: the generic ones of ``bimvox/crane/catalogue``, and real ones from public figures."""
 
 from __future__ import annotations
 
 import difflib
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -14,6 +15,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import ConfigError, InputError
 from bimvox.files import read_beside
 from bimvox.site.config.machine_file import MACHINE_FILE, MACHINE_FILES
+from bimvox.site.public_machines import public_machines
 
 if TYPE_CHECKING:
     from bimvox.site.config.site_config import SiteConfig
@@ -21,18 +23,38 @@ if TYPE_CHECKING:
 
 @cache
 def catalogue() -> tuple[Machine, ...]:
-    """Return all machines of the catalogue, the smallest load moment first."""
-    return tuple(sorted(MACHINE_FILES.catalogue(), key=lambda machine: machine.load_moment_tm))
+    """Return the generic machines, the smallest load moment first: what is chosen from, if nobody names a machine."""
+    return _ascending(MACHINE_FILES.catalogue())
+
+
+@cache
+def every_machine() -> tuple[Machine, ...]:
+    """Return all machines, the real ones from public figures too, the smallest load moment first."""
+    return _ascending((*MACHINE_FILES.catalogue(), *public_machines()))
+
+
+def _ascending(machines: Iterable[Machine]) -> tuple[Machine, ...]:
+    return tuple(sorted(machines, key=lambda machine: (machine.load_moment_tm, machine.name)))
 
 
 def machine_called(name: str | None) -> Machine | None:
-    """Return the machine of the catalogue with a name; None if there is none."""
-    return next((machine for machine in catalogue() if machine.name == name), None)
+    """Return the machine of the catalogue with a name, generic or real; None if there is none."""
+    return next((machine for machine in every_machine() if machine.name == name), None)
 
 
 def machines_of(kind: str) -> tuple[Machine, ...]:
-    """Return the machines of a kind, the smallest load moment first."""
+    """Return the generic machines of a kind, the smallest load moment first."""
     return tuple(machine for machine in catalogue() if machine.kind == kind)
+
+
+_USUAL = {"hammerhead": "hammerhead-30", "luffing": "luffing-40", "mobile": "mobile-60t"}
+
+
+def usual_machine(kind: str) -> Machine:
+    """Return the machine of a kind that a site file means if it names none."""
+    machine = machine_called(_USUAL[kind])
+    assert machine is not None
+    return machine
 
 
 FICTITIOUS = "fictitious"
@@ -72,6 +94,7 @@ def _scaled(reach: float, capacity: float) -> TowerCrane:
         name=f"{FICTITIOUS} {crane.name} scaled {reach:g} x {capacity:g}",
         jib_length_m=round(crane.jib_length_m * reach, 2),
         chart=chart,
+        stand=None,
         gears=tuple((round(mass * capacity, 0), rate) for mass, rate in crane.gears),
     )
 
@@ -121,14 +144,17 @@ def machines_for(config: SiteConfig, crane: str | None) -> tuple[SiteConfig, tup
 
 
 KINDS = ("hammerhead", "luffing", "mobile")
+PUBLIC = "public"
+"""By which a user asks for all real machines from public figures."""
 
 
 def machines_called(name: str, site: Path | None = None) -> tuple[Machine, ...]:
     """Return the machines of a kind, or the machine with a name, the smallest load moment first.
 
     Args:
-        name: ``hammerhead``, ``luffing``, ``mobile``, the name of a machine of the catalogue, or ``fictitious``: the
-            hammerheads, then machines that do not exist. With ``site``, also the file of a machine.
+        name: ``hammerhead``, ``luffing``, ``mobile`` (the generic ones), ``public`` (the real ones), the name of a
+            machine of the catalogue, or ``fictitious``: the hammerheads, then machines that do not exist. With
+            ``site``, also the file of a machine.
         site: The site file next to which the file of a machine lies.
 
     Raises:
@@ -142,15 +168,17 @@ def machines_called(name: str, site: Path | None = None) -> tuple[Machine, ...]:
         return machines_of(name)
     if name == FICTITIOUS:
         return (*machines_of("hammerhead"), *fictitious_machines())
+    if name == PUBLIC:
+        return _ascending(public_machines())
     if (found := machine_called(name)) is not None:
         return (found,)
-    names = [machine.name for machine in catalogue()]
+    names = [machine.name for machine in every_machine()]
     if name.endswith(".toml"):
         raise InputError(
             f"the catalogue has no crane {name!r}", hint="put its file next to the site file: crane.machine"
         )
-    near = difflib.get_close_matches(name, [*KINDS, *names], n=1)
+    near = difflib.get_close_matches(name, [*KINDS, PUBLIC, *names], n=1)
     raise InputError(
         f"the catalogue has no crane {name!r}" + (f"; did you mean {near[0]!r}?" if near else ""),
-        hint=f"give a kind ({', '.join(KINDS)}) or a machine: {', '.join(names)}",
+        hint=f"give a kind ({', '.join(KINDS)}), {PUBLIC} or a machine: {', '.join(names)}",
     )

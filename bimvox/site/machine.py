@@ -12,7 +12,7 @@ from bimvox.crane.kinematics import with_luffing_jib, with_reeving
 from bimvox.crane.machine import Machine, carries_most, differences
 from bimvox.crane.tower_crane import UNLIMITED, LuffingJib, Override, Reeving, SlowZone, TowerCrane
 from bimvox.errors import ConfigError, InputError, enumerated
-from bimvox.site.catalogue import catalogue, machine_called, machines_of
+from bimvox.site.catalogue import every_machine, machine_called, machines_of, usual_machine
 from bimvox.site.config.crane import (
     CraneConfig,
     LuffAxisConfig,
@@ -47,7 +47,7 @@ def _own_luffing_crane(config: SiteConfig, given: CraneConfig, values: Mapping[s
             'machine = "my-crane.toml"',
         )
     own = {key: value for key, value in values.items() if key not in ("trolley", "hoist")}
-    crane = replace(machines_of(given.kind)[0].usual, **own)
+    crane = replace(usual_machine(given.kind).usual, **own)
     return with_jib(config, crane, given.jib, given.hoist)
 
 
@@ -149,10 +149,10 @@ def _machine(config: SiteConfig, given: CraneConfig) -> Machine | None:
     """Return the machine that a table names, from its file or from the catalogue; None if it describes the crane."""
     named = given.machine or given.name
     if given.machine is not None and given.machine.endswith(MACHINE_FILE):
-        taken = [one.name for one in catalogue()]
+        taken = [one.name for one in every_machine()]
         machine = MACHINE_FILES.named(config, "crane.machine", given.machine, taken)
     elif named is None and given.kind in ("luffing", "mobile"):
-        machine = machines_of(given.kind)[0]
+        machine = usual_machine(given.kind)
     else:
         found = machine_called(named)
         if found is None and (given.machine is not None or given.override is not None):
@@ -173,7 +173,7 @@ def _machine(config: SiteConfig, given: CraneConfig) -> Machine | None:
 def _unknown(config: SiteConfig, given: CraneConfig) -> ConfigError:
     """Return the error about a table that names no machine of the catalogue."""
     named = given.machine or given.name
-    names = [one.name for one in catalogue() if given.kind in (None, one.kind)]
+    names = [one.name for one in every_machine() if given.kind in (None, one.kind)]
     near = difflib.get_close_matches(named or "", names, n=1)
     wanted = f'machine = "{near[0] if near else names[0]}"'
     return config.error(

@@ -12,10 +12,11 @@ Offered = list[tuple[str, str]]
 
 def cranes(incomplete: str) -> Offered:
     """Return kinds of crane and machines of the catalogue."""
-    from bimvox.site.catalogue import catalogue
+    from bimvox.site.catalogue import PUBLIC, every_machine
 
-    machines = catalogue()
+    machines = every_machine()
     kinds = [(kind, "kind of crane") for kind in sorted({machine.kind for machine in machines})]
+    kinds.append((PUBLIC, "real machines from public figures"))
     return _beginning([*kinds, *((machine.name, machine.kind) for machine in machines)], incomplete)
 
 

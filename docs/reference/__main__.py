@@ -7,6 +7,7 @@ from pathlib import Path
 
 from docs.reference.commands import command_pages
 from docs.reference.formats import format_pages
+from docs.reference.machines import machine_pages
 
 DOCS = Path(__file__).parents[1]
 FOLDERS = ("commands", "formats")
@@ -16,7 +17,7 @@ FOLDERS = ("commands", "formats")
 @functools.cache  # rendering every help text takes seconds
 def pages() -> dict[str, str]:
     """Return the text of every page that follows from the code, by its path in ``docs``."""
-    return command_pages() | format_pages()
+    return command_pages() | format_pages() | machine_pages()
 
 
 def write(docs: Path = DOCS) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,17 +16,17 @@ if TYPE_CHECKING:
 def cranes(site: Path | None, *, crane: str | None = None, progress: Progress) -> dict[str, Any]:
     """Compare the machines of the catalogue on a site, or list them; return the document of ``bimvox cranes --json``.
 
-    ``crane`` is a kind of crane, a machine of the catalogue, or the file of a machine (next to the site file); default:
-    all machines, and those whose files the site file names.
+    ``crane`` is a kind of crane, ``public``, a machine of the catalogue, or the file of a machine (next to the site
+    file); default: all machines; on a site the generic ones, and those whose files the site file names.
 
     Raises:
         ConfigError: If the site file is wrong.
         InputError: If the catalogue has no such crane, or the model cannot be used.
     """
-    from bimvox.site.catalogue import catalogue, machines_called, machines_for
+    from bimvox.site.catalogue import every_machine, machines_called, machines_for
 
     if site is None:
-        machines = catalogue() if crane is None else machines_called(crane, Path(crane))
+        machines = every_machine() if crane is None else machines_called(crane, Path(crane))
         return {"site": None, "machines": [_machine_document(machine) for machine in machines]}
     from bimvox.bim.read import read_building
     from bimvox.files import require_input
@@ -58,7 +59,19 @@ def _machine_document(machine: Machine) -> dict[str, Any]:
         "largest_capacity_kg": max(crane.chart.capacity_kg[0] for crane in machine.cranes),
         "capacity_at_jib_end_kg": usual.chart.capacity_kg[-1],
         "about": machine.about,
+        "source": _source(machine),
+        "hoist_kw": machine.hoist_kw,
+        "sources": [asdict(source) for source in machine.sources],
+        "like": machine.like or None,
+        "assumed": list(machine.assumed),
+        "not_found": list(machine.not_found),
     }
+
+
+def _source(machine: Machine) -> str:
+    if machine.file is not None:
+        return machine.file[0]
+    return "public figures" if machine.sources else "typical of its class, not a maker's machine"
 
 
 def _fit_document(fit: CraneFit) -> dict[str, Any]:

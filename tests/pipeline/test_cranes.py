@@ -30,7 +30,7 @@ from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.set_up import Effort
 from bimvox.log.reader import read_log
 from bimvox.progress import SilentProgress
-from bimvox.site.catalogue import catalogue, machines_for, own_machines
+from bimvox.site.catalogue import catalogue, every_machine, machines_for, machines_of, own_machines
 from bimvox.site.config.file import load_site_config
 from bimvox.site.machine import cranes_of
 
@@ -73,9 +73,29 @@ OVERRIDES = [
 
 def test_without_a_site_it_lists_the_catalogue() -> None:
     document = cranes(None, progress=SilentProgress())
-    assert [one["machine"] for one in document["machines"]] == [machine.name for machine in catalogue()]
+    assert [one["machine"] for one in document["machines"]] == [machine.name for machine in every_machine()]
     only = cranes(None, crane="mobile", progress=SilentProgress())["machines"]
-    assert [one["machine"] for one in only] == ["mobile-60t", "mobile-100t"]
+    assert [one["machine"] for one in only] == [machine.name for machine in machines_of("mobile")]
+    real = cranes(None, crane="public", progress=SilentProgress())["machines"]
+    assert {one["source"] for one in real} == {"public figures"}
+    assert all(one["sources"] and one["not_found"] for one in real)
+    assert {one["source"] for one in only} == {"typical of its class, not a maker's machine"}
+
+
+@pytest.mark.parametrize("name", ["potain-mdt-178", "wolff-100-b", "terex-rt-665"])
+def test_a_real_machine_is_chosen_by_name_planned_proven_and_remarked(tmp_path: Path, name: str) -> None:
+    shutil.copy(SAMPLES / "frame.ifc", tmp_path)
+    site = tmp_path / "frame.site.toml"
+    assert init(tmp_path / "frame.ifc", site, voxel_size_m=0.5, crane=name, progress=SilentProgress())["crane"] == name
+    document = plan(site, tmp_path / "frame.mcap", wish=PolicyWish("none"), progress=SilentProgress())
+    assert document["verified"] and not document["infeasible"]
+    proven = verify(tmp_path / "frame.mcap", progress=SilentProgress())
+    assert proven["verified"]
+    for remarks in (document["remarks"], proven["remarks"]):
+        (remark,) = (one for one in remarks if one["kind"] == "crane_public")
+        assert "chart from public end points" in remark["text"]
+    report(tmp_path / "frame.mcap", tmp_path / "frame.html", progress=SilentProgress())
+    assert "chart from public end points" in (tmp_path / "frame.html").read_text(encoding="utf-8")
 
 
 def test_a_machine_may_be_named_by_its_file(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

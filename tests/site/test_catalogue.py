@@ -9,11 +9,22 @@ import numpy as np
 import pytest
 from named_cranes import BUILT_IN
 
-from bimvox.crane.ground import pad_loads_n
+from bimvox.crane.ground import G_M_S2, crane_kg, pad_loads_n
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.machine import Machine
+from bimvox.crane.outline import outline_of
 from bimvox.errors import InputError
-from bimvox.site.catalogue import KINDS, catalogue, machine_called, machines_called, machines_of
+from bimvox.site.catalogue import (
+    KINDS,
+    catalogue,
+    every_machine,
+    machine_called,
+    machines_called,
+    machines_of,
+    usual_machine,
+)
+
+MOBILE = [f"mobile-{size}t" for size in (35, 50, 60, 100, 130, 160, 220, 300, 500)]
 
 FILES = {
     file.name: file.read_text(encoding="utf-8")
@@ -32,7 +43,55 @@ def test_it_holds_machines_of_several_sizes_jibs_and_kinds_the_smallest_first():
     assert sizes[0] < 100 < 600 < sizes[-1]
     assert sum(len(machine.lengths_m) > 1 for machine in catalogue()) >= 12
     assert {machine.kind for machine in catalogue()} == {"hammerhead", "luffing", "mobile"}
-    assert [machine.kind for machine in machines_of("mobile")] == ["mobile", "mobile"]
+
+
+def test_mobile_cranes_go_from_35_to_500_tonnes_with_booms_and_masses():
+    assert [machine.name for machine in machines_of("mobile")] == MOBILE
+    for machine in machines_of("mobile"):
+        assert len(machine.lengths_m) == 4
+        assert all(crane_kg(crane.carrier) > 20_000.0 for crane in machine.cranes)
+    weights = {name: {crane.carrier.counterweight_kg for crane in machine_called(name).cranes} for name in MOBILE}
+    assert [len(weights[name]) for name in MOBILE] == [2, 2, 1, 1, 2, 2, 2, 2, 2]
+
+
+def test_a_longer_boom_and_less_counterweight_carry_no_more():
+    for machine in machines_of("mobile"):
+        heaviest = max(crane.carrier.counterweight_kg for crane in machine.cranes)
+        for crane in machine.cranes:
+            radii = np.array(crane.chart.radius_m)
+            for other in machine.cranes:
+                longer = crane.jib_own_m > other.jib_own_m and radii[-1] <= other.chart.radius_m[-1]
+                lighter = crane.jib_own_m == other.jib_own_m and other.carrier.counterweight_kg == heaviest
+                if lighter or (
+                    longer and other.carrier == crane.carrier and crane.jib_own_m != machine.usual.jib_own_m
+                ):
+                    common = radii[radii >= other.chart.radius_m[0]]
+                    assert (capacity_kg(crane.chart, common) <= capacity_kg(other.chart, common)).all()
+
+
+@pytest.mark.parametrize("machine", every_machine(), ids=named)
+def test_every_machine_is_consistent(machine: Machine):
+    assert 50.0 < machine.load_moment_tm < 3000.0
+    for crane in machine.cranes:
+        radii, masses = (np.array(values) for values in (crane.chart.radius_m, crane.chart.capacity_kg))
+        assert (np.diff(radii) > 0.0).all() and (np.diff(masses) <= 0.0).all()
+        assert outline_of(crane).tail_m > 0.0
+        rates = [rate for _, rate in crane.gears]
+        assert rates == sorted(rates, reverse=True)
+        if machine.hoist_kw is not None:
+            winch = crane.hoist if crane.luffing is None else crane.luffing.winch
+            pairs = [*crane.gears, (masses[0], min([winch.rate, *rates]))]
+            needed_kw = max(mass_kg * G_M_S2 * rate for mass_kg, rate in pairs) / 1e3
+            assert needed_kw <= 0.78 * machine.hoist_kw, "74 % of the winch's power, rounded"
+        if crane.kind == "mobile" and not machine.sources:
+            assert crane_kg(crane.carrier) is not None
+    if machine.sources:
+        has_mass = any(crane.stand is not None and crane.stand.mass_kg for crane in machine.cranes)
+        assert has_mass or any("mass" in one for one in machine.not_found)
+
+
+def test_a_machine_that_nobody_names_is_the_one_of_earlier_versions():
+    assert [usual_machine(kind).name for kind in ("luffing", "mobile")] == ["luffing-40", "mobile-60t"]
 
 
 def test_a_machine_is_found_by_its_name():
@@ -61,11 +120,11 @@ def test_every_figure_has_a_source_that_the_file_explains(text):
 
 @pytest.mark.parametrize("machine", machines_of("mobile"), ids=named)
 def test_a_mobile_crane_stands_with_a_quarter_more_than_its_chart_in_every_direction(machine: Machine):
-    crane = machine.usual
-    assert crane.carrier.sectors == ()
-    for radius_m, mass_kg in zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True):
-        loads = pad_loads_n(crane.carrier, crane.luffing, np.radians(range(0, 360, 5)), radius_m, 1.25 * mass_kg)
-        assert np.isfinite(loads).all()
+    for crane in machine.cranes:
+        assert crane.carrier.sectors == ()
+        for radius_m, mass_kg in zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True):
+            loads = pad_loads_n(crane.carrier, crane.luffing, np.radians(range(0, 360, 5)), radius_m, 1.25 * mass_kg)
+            assert np.isfinite(loads).all()
 
 
 @pytest.mark.parametrize("machine", [m for m in catalogue() if m.name.startswith("flat-top")], ids=named)
@@ -123,7 +182,10 @@ def test_names_of_earlier_versions_are_the_same_machines():
 
 
 def test_machines_are_found_by_kind_and_by_name():
-    assert [crane.name for crane in machines_called("mobile")] == ["mobile-60t", "mobile-100t"]
+    assert [crane.name for crane in machines_called("mobile")] == MOBILE
+    assert {machine.name for machine in machines_called("public")} == {
+        one.name for one in every_machine() if one.sources
+    }
     for crane in BUILT_IN:
         assert [machine.name for machine in machines_called(crane.name)] == [crane.name]
         assert crane.kind in KINDS

@@ -271,7 +271,7 @@ def test_the_other_suitable_machines_are_named():
 
     assert {HOUSE.crane.machine, "luffing-40", "mobile-60t"} <= names(HOUSE, frame_house())
     heavy = tower(2, 9000.0)
-    assert "mobile-60t" not in names(guess_site(heavy, ModelConfig(path="a.ifc")), heavy)
+    assert "flat-top-75" not in names(guess_site(heavy, ModelConfig(path="a.ifc")), heavy)
 
 
 def test_a_machine_that_cannot_carry_everything_is_still_proposed_on_request():

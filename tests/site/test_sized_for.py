@@ -11,7 +11,7 @@ from box_buildings import box_element, building_of
 from bimvox.bim.building import Casting
 from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
 from bimvox.errors import SelectionError
-from bimvox.site.catalogue import machine_called, machines_called
+from bimvox.site.catalogue import catalogue, machine_called, machines_called
 from bimvox.site.config.site_config import ComponentConfig, ModelConfig, SiteConfig
 from bimvox.site.guess import USUAL_TM, complete_config, cranes_that_fit, guess_site, rigs_of
 
@@ -122,7 +122,16 @@ def test_a_girder_as_heavy_as_the_road_allows_has_gear():
     assert heavy > 0.0
 
 
-def test_no_machine_that_lifts_nothing_is_proposed():
+def test_what_no_tower_crane_lifts_gets_a_mobile_crane():
+    girders = [girder(f"girder-{n}", 3.0 * n, 55) for n in range(3)]
+    config = guess_site(building_of(*girders), MODEL)
+    assert machine_called(config.crane.machine).kind == "mobile"
+    assert cranes_that_fit(config, building_of(*girders))[0].serves
+
+
+def test_no_machine_that_lifts_nothing_is_proposed(monkeypatch):
+    towers = tuple(machine for machine in catalogue() if machine.kind != "mobile")
+    monkeypatch.setattr("bimvox.site.guess.catalogue", lambda: towers)
     girders = [girder(f"girder-{n}", 3.0 * n, 55) for n in range(3)]
     with pytest.raises(
         SelectionError, match="nothing to lift: no machine of the catalogue lifts any of the 3"

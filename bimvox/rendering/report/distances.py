@@ -101,7 +101,7 @@ def base_words(one: dict[str, Any]) -> str:
     if one["kind"] == "mobile":
         return f"outriggers, {edge} square"
     if one["base"]["stated"]:
-        return f"foundation, {edge} square, of the area that the site file states"
+        return f"foundation, {edge} square, as the site file or the machine file states it"
     return f"foundation, {edge} square: assumed, four times the mast; the crane's supplier states it"
 
 

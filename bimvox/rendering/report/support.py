@@ -84,6 +84,8 @@ def _with_crane(
     mass_kg, mat_m2 = stated.crane_mass_kg, stated.mat_m2
     if mass_kg is None and pads is not None:
         mass_kg = pads["crane_kg"]
+    if mass_kg is None and stand is not None and stand.mass_kg is not None:
+        mass_kg = stand.mass_kg + (stand.ballast_kg or 0.0)
     vertical_kn = None if mass_kg is None else mass_kg * G_M_S2 / 1e3 + loads["vertical_load_kn"]
     on_outriggers = loads["kind"] == "mobile" and vertical_kn is not None
     outrigger_kn = OUTRIGGER_SHARE * vertical_kn if on_outriggers and vertical_kn is not None else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
-from math import acos, inf, pi
+from math import acos, degrees, floor, inf, pi, radians
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -225,6 +225,11 @@ class StandConfig(Table):
     """Ballast on the base."""
     free_standing_m: Positive | None = None
     """Highest hook above the foot without ties."""
+    mass_kg: Positive | None = None
+    """Mass of the crane without ``ballast_kg``."""
+    tail_radius_m: Positive | None = None
+    """Only for a hammerhead: how far the counter-jib reaches back from the slewing axis. Default: 0.28 of the jib, at
+    least three widths of the mast."""
     in_service: BaseLoadsConfig | None = None
     """Loads on the foundation in service."""
     out_of_service: BaseLoadsConfig | None = None
@@ -300,6 +305,8 @@ class MachineConfig(Table):
                 raise ValueError(f'{key} is only for kind = "mobile"')
         if self.stand and self.kind == "mobile":
             raise ValueError('stand is not for kind = "mobile"')
+        if self.kind == "luffing" and any(one.tail_radius_m is not None for one in self.stand):
+            raise ValueError("stand: tail_radius_m of a luffing crane is in luffing")
         if self.table:
             self._check_tables()
         elif self.reeving or self.sector or self.deduction:
@@ -351,7 +358,7 @@ def _machine(given: MachineConfig) -> Machine:
     """Return the machine that a file describes."""
     pairs = sorted(cranes_of_machine(given), key=lambda pair: (pair[0], pair[1].falls))
     lengths_m, cranes = zip(*pairs, strict=True)
-    return Machine(given.name, given.kind, given.about, lengths_m, cranes)
+    return Machine(given.name, given.kind, given.about, lengths_m, cranes, hoist_kw=given.hoist_kw)
 
 
 def cranes_of_machine(given: MachineConfig) -> Iterator[tuple[float, TowerCrane]]:
@@ -479,6 +486,8 @@ def _stand(given: MachineConfig, length_m: float) -> Stand | None:
         one.free_standing_m,
         None if one.in_service is None else one.in_service.loads(),
         None if one.out_of_service is None else one.out_of_service.loads(),
+        one.mass_kg,
+        one.tail_radius_m,
     )
 
 
@@ -514,7 +523,9 @@ def _crane(
     low_rad, high_rad = in_radians(own.luff_deg)
     share = (nearest_m - own.pivot_offset_m) / length_m
     if nearest_m > 0.0 and share < 1.0:
-        high_rad = max(min(high_rad, acos(max(share, 0.0))), low_rad + 0.01)
+        # In whole millionths of a degree: a site file holds it without rounding.
+        highest_rad = radians(floor(1e6 * degrees(acos(max(share, 0.0)))) / 1e6)
+        high_rad = max(min(high_rad, highest_rad), low_rad + 0.01)
     return with_luffing_jib(
         crane,
         LuffingJib(

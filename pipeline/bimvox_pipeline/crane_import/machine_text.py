@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from importlib import resources
 from typing import Any
 
+from bimvox.crane.machine import Machine
 from bimvox.errors import InputError
 from bimvox.site.catalogue import machine_called, machines_of
 from bimvox.site.config.machine_file import MachineConfig
@@ -33,26 +34,32 @@ _LISTS = frozenset(("outriggers", "sector", "reeving", "stand"))
 
 def nearest_machine(kind: str, most_kg: float) -> str:
     """Return the name of the generic machine of a kind whose largest capacity is nearest."""
-    return min(machines_of(kind), key=lambda one: (abs(one.usual.chart.capacity_kg[0] - most_kg), one.name)).name
+
+    def off_kg(one: Machine) -> float:
+        return abs(max(crane.chart.capacity_kg[0] for crane in one.cranes) - most_kg)
+
+    return min(machines_of(kind), key=lambda one: (off_kg(one), one.name)).name
 
 
 def values_of_machine(name: str, kind: str) -> dict[str, Any]:
     """Return the keys of a machine of the catalogue that can stand in for those of another.
 
     Raises:
-        InputError: If the catalogue has no such machine, or it is of another kind.
+        InputError: If the catalogue has no such generic machine, or it is of another kind.
     """
     machine = machine_called(name)
-    if machine is None or machine.kind != kind:
+    if machine is None or machine.kind != kind or machine.sources:
         names = ", ".join(one.name for one in machines_of(kind))
         raise InputError(
             f"--like {name}: the catalogue has no such machine of kind {kind!r}", hint=f"give one of {names}"
         )
     text = (resources.files("bimvox") / "crane" / "catalogue" / f"{name}.toml").read_text(encoding="utf-8")
     given = tomllib.loads(text)
+    # Of tables by boom, the reeving that carries most; of a jib, all of them.
+    tackles = given["jib"][-1]["reeving"] if "jib" in given else [max(given["reeving"], key=lambda one: one["falls"])]
     usual = [
         {key: one[key] for key in ("falls", "hook_block_kg", "trolley_rate_m_s", "gears") if key in one}
-        for one in given["jib"][-1]["reeving"]
+        for one in tackles
     ]
     own = {key: given[key] for key in (*_NEEDED[kind], "max_wind_m_s") if key in given}
     return own | {"reeving": usual}

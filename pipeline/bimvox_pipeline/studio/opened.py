@@ -27,7 +27,7 @@ from bimvox.progress import SilentProgress
 from bimvox.rendering.pictures.picture import PictureOptions, camera_of, coarsened, png_of
 from bimvox.rendering.pictures.site import scene_of_site, view_of_site
 from bimvox.site.areas import PLAN, hull, union
-from bimvox.site.catalogue import catalogue, own_machines
+from bimvox.site.catalogue import every_machine, own_machines
 from bimvox.site.config.file import load_site_config, read_site_file
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
 from bimvox.site.demand import Rigs
@@ -199,7 +199,7 @@ class Opened(PlacedSite):
                     "jibs_m": list(machine.lengths_m),
                     "falls": sorted({crane.falls for crane in machine.cranes}),
                 }
-                for machine in (*catalogue(), *own_machines(self.config))
+                for machine in (*every_machine(), *own_machines(self.config))
             ],
             **self._directions(),
         }

@@ -59,7 +59,7 @@ def test_what_is_missing_is_an_error_that_names_every_key(tmp_path: Path) -> Non
         imported(CSV, tmp_path)
     for key in ("mast_size_m", "sling_m", "rigging_mass_kg", "slewing", "hoist", "luffing", "reeving"):
         assert f"{key} (" in str(caught.value)
-    assert "--like mobile-100t" in caught.value.hint
+    assert "--like mobile-35t" in caught.value.hint
     assert not list(tmp_path.glob("machine*"))
 
 
@@ -122,7 +122,7 @@ def test_a_person_is_asked_for_each_missing_key(tmp_path: Path) -> None:
     document = imported(CSV, tmp_path, ask=ask)
     assert asked == ["mast_size_m", "sling_m", "rigging_mass_kg", "slewing", "hoist", "luffing", "reeving"]
     assert "mast_size_m = 7.2\n" in (tmp_path / "machine.toml").read_text()
-    assert "mast_size_m: of the generic mobile-100t" not in document["assumed"]
+    assert "mast_size_m: of the generic mobile-35t" not in document["assumed"]
 
 
 def test_kranxperts_file_is_read_with_sectors_outriggers_and_hooks(tmp_path: Path) -> None:

@@ -8,12 +8,15 @@ from pathlib import Path
 import pytest
 from own_machine import SHEET, machine_text
 
+from bimvox.crane.outline import outline_of
 from bimvox.crane.sectors import capacities_kg
 from bimvox.errors import ConfigError
 from bimvox.site.config.machine_file import MACHINE_FILES, MachineConfig
 
 PATH = Path("lx.toml")
-TEXT = machine_text("LX 280", "hammerhead-65").decode()
+STANDING = machine_text("LX 280", "hammerhead-65").decode()
+TEXT = STANDING[: STANDING.index("[[stand]]")] + STANDING[STANDING.index("[[jib]]") :]
+"""Without how it stands."""
 LUFFING = machine_text("LX L", "luffing-40").decode()
 
 
@@ -144,6 +147,8 @@ free_standing_m = 40
 lengths_m = [65]
 free_standing_m = 35
 in_service = { vertical_kn = 800 }
+mass_kg = 50000
+tail_radius_m = 15
 """
     )
     machine = MACHINE_FILES.read(text.encode(), PATH)
@@ -152,6 +157,11 @@ in_service = { vertical_kn = 800 }
         40.0,
     )
     assert (machine.usual.stand.free_standing_m, machine.usual.stand.in_service.vertical_kn) == (35.0, 800.0)
+    assert machine.usual.stand.mass_kg == 50_000.0
+    assert outline_of(machine.usual).tail_m == 15.0
+    assert outline_of(machine.with_jib(50.0)[0]).tail_m == pytest.approx(0.28 * 50.0), "nobody states it"
+    with pytest.raises(ConfigError, match="tail_radius_m of a luffing crane is in luffing"):
+        MACHINE_FILES.read((LUFFING + "[[stand]]\ntail_radius_m = 9\n").encode(), PATH)
     with pytest.raises(ConfigError, match="stand is not for"):
         MACHINE_FILES.read((SHEET + "[[stand]]\nfree_standing_m = 40\n").encode(), PATH)
 
