@@ -14,13 +14,11 @@ from bimvox.library.plan_value import Plan
 from bimvox.library.set_up_search.choose import search_set_ups
 from bimvox.library.set_up_search.pairs import names_of_two
 from bimvox.library.set_up_search.placed import PlacedSite
-from bimvox.library.set_up_search.search import Search
 from bimvox.library.set_up_search.set_up import Effort, Tried, proven_front, why_beaten
 from bimvox.library.site import LoadedSite, ReadSite, built_site, read_site
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.records.lift import infeasible_among
 from bimvox.site.catalogue import machines_for, own_machines
-from bimvox.site.config.calendar import Rates
 from bimvox.site.config.file import SITE_FILE
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.config.template import site_toml
@@ -116,17 +114,14 @@ def optimise(
     effort = Effort(members=plans, yards=trials, cranes=cranes)
     found = search_set_ups(placed, str(path), machines, effort, None, reporter)
     (own,) = cranes_of(read.config)
-    given_machine = machine_of_crane(own)
-    given = _planned(
-        _loaded(read, read.config, reporter), given_machine.name, found.search.rates(given_machine), jobs, reporter
-    )
+    given = _planned(_loaded(read, read.config, reporter), machine_of_crane(own).name, jobs, reporter)
     budget = read.config.costs.budget
 
     planned: list[tuple[SetUp, dict[str, Any]]] = []
 
     def documents_of(ones: Sequence[Tried]) -> list[dict[str, Any]]:
         sites = ((one, _loaded(read, with_set_up(placed, one), reporter)) for one in ones[len(planned) :])
-        planned.extend(_tried(site, one, found.search, jobs, reporter) for one, site in sites)
+        planned.extend(_tried(site, one, jobs, reporter) for one, site in sites)
         return [document for _, document in planned]
 
     _, documents = found.planned(documents_of, effort)
@@ -160,13 +155,11 @@ def _loaded(read: ReadSite, config: SiteConfig, reporter: Progress) -> LoadedSit
     return built_site(config, read.building, {**read.files, SITE_FILE: own}, reporter)
 
 
-def _tried(
-    site: LoadedSite, one: Tried, search: Search, jobs: int | None, reporter: Progress
-) -> tuple[SetUp, dict[str, Any]]:
+def _tried(site: LoadedSite, one: Tried, jobs: int | None, reporter: Progress) -> tuple[SetUp, dict[str, Any]]:
     """Return a set-up with its plan, or without one if it has none, and what the front compares."""
     why = None
     try:
-        made = _planned(site, one.words, search.rates_of(one), jobs, reporter)
+        made = _planned(site, one.words, jobs, reporter)
     except BimvoxError as error:
         made, why = SetUp(site, one.words, None, None, None, None, None), {"message": error.message}
     second = None if one.second is None else {"machine": one.second.machine, "jib_m": one.second.jib_m}
@@ -182,13 +175,10 @@ def _tried(
     }
 
 
-def _planned(site: LoadedSite, words: str, rates: Rates, jobs: int | None, reporter: Progress) -> SetUp:
+def _planned(site: LoadedSite, words: str, jobs: int | None, reporter: Progress) -> SetUp:
     made = plan(site, jobs=jobs, progress=reporter)
     figures = made.figures
     hours = None if figures.crane_s is None else figures.crane_s / 3600.0
-    if figures.unloading is not None:
-        lorry = site.config.costs.lorry
-        rates = rates.with_deliveries(figures.unloading.seconds / 3600.0, lorry * figures.unloading.lorries)
     refused = len(list(infeasible_among(made.record.plan.lifts)))
-    cost = None if hours is None else rates.total(hours, figures.hire_days)
+    cost = None if figures.cost is None else figures.cost.total
     return SetUp(site, words, made, refused, hours, cost, figures.highest)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bimvox.errors import InputError, MissingPackageError
 from bimvox.files import write_atomically
 from bimvox.library.arguments import insist, path_of
-from bimvox.log.plan_log import PlanLog, all_remarks, log_calendar, with_full_rate
+from bimvox.log.plan_log import PlanLog, all_remarks, log_calendar, log_costs, with_full_rate
 from bimvox.log.reader import read_log as read_record
 from bimvox.log.recorder import write_log as write_record
 from bimvox.motion.figures import PlanFigures, plan_figures
@@ -190,7 +190,7 @@ class Plan:
     def figures(self) -> PlanFigures:
         """Figures of the planned lifts: methods, moves, crane time, unloading, days of hire, hook travel."""
         steps = None if self.record.context else self.record.steps
-        return plan_figures(self.record.plan, self.motions, log_calendar(self.record), steps)
+        return plan_figures(self.record.plan, self.motions, log_calendar(self.record), steps, log_costs(self.record))
 
     def require_sense(self, act: str) -> None:
         """Refuse a plan whose values make no sense; ``act`` is what cannot be done with it.

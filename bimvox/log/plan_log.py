@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime
 from enum import StrEnum
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,7 @@ from bimvox.records.steps import Steps
 from bimvox.remarks.proven_props import proven_props
 from bimvox.remarks.remarks import remarks_if_sensible
 from bimvox.remarks.rules import late
-from bimvox.site.config.calendar import CalendarConfig
+from bimvox.site.config.calendar import CalendarConfig, CostsConfig
 from bimvox.site.config.file import SITE_FILE
 from bimvox.site.nested import toml_values
 from bimvox.site.programme import ATTACHED, read_programme
@@ -285,10 +286,22 @@ def all_remarks(log: PlanLog) -> tuple[Remark, ...]:
     return tuple(sorted(found, key=lambda remark: rank.index(remark.severity)))
 
 
+_T = TypeVar("_T", CalendarConfig, CostsConfig)
+
+
 def log_calendar(log: PlanLog) -> CalendarConfig:
     """Return the calendar of the attached site file; other tables of an earlier version's may not be readable."""
+    return _table_of(log, "calendar", CalendarConfig)
+
+
+def log_costs(log: PlanLog) -> CostsConfig:
+    """Return what cranes, crew and lorries cost by the attached site file, in the same way."""
+    return _table_of(log, "costs", CostsConfig)
+
+
+def _table_of(log: PlanLog, name: str, table: type[_T]) -> _T:
     try:
         values = toml_values(log.attachments.get(SITE_FILE, b"").decode("utf-8-sig"))
-        return CalendarConfig.model_validate(values.get("calendar", {}))
+        return table.model_validate(values.get(name, {}))
     except (ValueError, ValidationError):
-        return CalendarConfig()
+        return table()

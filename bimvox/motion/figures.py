@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import reduce
 from math import inf, isfinite
 
 import numpy as np
@@ -16,7 +17,8 @@ from bimvox.records.lift import LiftPlan, Method, Status
 from bimvox.records.motion import LiftMotion, PhaseName, Trajectory
 from bimvox.records.steps import Steps
 from bimvox.records.unloading import Unloading, unloading_of
-from bimvox.site.config.calendar import CalendarConfig
+from bimvox.site.config.calendar import CalendarConfig, Cost, CostsConfig, Rates, rates_of
+from bimvox.site.crane_guess import machine_of_crane
 from bimvox.site.lifting import GoverningWind, governing_wind, hung_kg
 from bimvox.site.site import Site, SwingRule
 
@@ -61,6 +63,7 @@ class PlanFigures:
         wind: The smallest wind in which every planned lift is permitted; None without a crane.
         hire_days: For how many days the crane is hired, see ``PlanDates.hire_days``; None without a crane, or of an
             extract.
+        cost: What the work costs; None as for ``hire_days``, or if no rates are given.
     """
 
     lifts: int
@@ -80,6 +83,7 @@ class PlanFigures:
     highest: float | None = None
     unloading: Unloading | None = None
     hire_days: int | None = None
+    cost: Cost | None = None
 
     @property
     def hook_s(self) -> float | None:
@@ -101,6 +105,7 @@ def plan_figures(
     motions: Sequence[LiftMotion],
     calendar: CalendarConfig | None = None,
     steps: Steps | None = None,
+    costs: CostsConfig | None = None,
     *,
     critical_share: float | None = None,
 ) -> PlanFigures:
@@ -111,13 +116,14 @@ def plan_figures(
         motions: Its motions; none without a crane.
         calendar: When work is done, and what it says about unloading; None: nothing.
         steps: Steps and pauses of the whole plan; None if they are not known.
+        costs: What cranes, crew and lorries cost; None: not asked for.
         critical_share: Utilisation from which a lift is critical, 0..1; None for the site's own rule.
     """
     share = plan.site.rules.critical_share if critical_share is None else critical_share
     planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
     used = [capacity_used(plan.site, motion) for motion in motions]
     highest, limits, calendar = max(used, default=inf), wind_limits(motions), calendar or CalendarConfig()
-    return PlanFigures(
+    figures = PlanFigures(
         lifts=len(plan.lifts),
         planned=len(planned),
         methods={method.value: sum(lift.method is method for lift in planned) for method in Method},
@@ -136,6 +142,19 @@ def plan_figures(
         unloading=unloading_of(calendar, plan.site, plan.lifts) if motions else None,
         hire_days=None if steps is None else hire_days(calendar, plan.site, plan.lifts, motions, steps),
     )
+    return figures if costs is None else replace(figures, cost=_cost(costs, calendar, plan.site, figures))
+
+
+def _cost(costs: CostsConfig, calendar: CalendarConfig, site: Site, figures: PlanFigures) -> Cost | None:
+    """Return what the work of a plan costs; None without hours or days of hire."""
+    unloading, hours_s, days = figures.unloading, figures.crane_s, figures.hire_days
+    if unloading is None or hours_s is None or days is None:
+        return None
+    machines = [machine_of_crane(crane) for crane in site.cranes]
+    first, *others = (rates_of(costs, calendar, one.name, one.kind, one.load_moment_tm) for one in machines)
+    rates = first.with_deliveries(unloading.seconds / 3600.0, costs.lorry * unloading.lorries)
+    cost = reduce(Rates.with_another, others, rates).cost(hours_s / 3600.0, days)
+    return replace(cost, currency=costs.currency, source=costs.source)
 
 
 def _each(site: Site, motions: Sequence[LiftMotion]) -> tuple[CraneFigures, ...]:

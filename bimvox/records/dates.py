@@ -13,7 +13,7 @@ from operator import itemgetter
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.programme import PERCENTILES, TaskDates, Weather, added_ns
-from bimvox.records.steps import Step, Steps, cured_ns
+from bimvox.records.steps import NotLifted, Step, Steps, cured_ns
 from bimvox.records.unloading import Unloading, is_unloaded_by_crane, unloading_by_lorry_s, unloading_of
 from bimvox.site.config.calendar import CalendarConfig, UncertaintyConfig, day_h
 from bimvox.site.means import Means
@@ -324,6 +324,20 @@ class PlanDates:
         """Return start and end of a lift or step, local time as ISO 8601 has it; None if it has none."""
         found = self.lifts.get(order) or self.steps.get(order)
         return (None, None) if found is None else (self.moment(found[0]).isoformat(), self.moment(found[1]).isoformat())
+
+    def of_work(self, orders: Iterable[int]) -> tuple[datetime, datetime, datetime] | None:
+        """Return when work that the crane does not do begins, ends and carries, all of it; None if it has no time."""
+        found = [self.steps[order] for order in orders if order in self.steps]
+        if not found:
+            return None
+        begins_ns, ends_ns, carries_ns = zip(*found, strict=True)
+        return self.moment(min(begins_ns)), self.moment(max(ends_ns)), self.moment(max(carries_ns))
+
+    def with_dates(self, group: NotLifted) -> dict[str, object]:
+        """Return a group of parts that the crane does not lift for the JSON documents, with its dates."""
+        found = self.of_work(lift.order for lift in group.lifts)
+        keys = ("begins_at", "ends_at", "carries_at")
+        return {**group.to_dict(), **dict(zip(keys, [at.isoformat() for at in found or ()], strict=False))}
 
     @property
     def first(self) -> datetime:

@@ -40,7 +40,6 @@ from bimvox.site.ground import Ground
 from bimvox.site.means import Means
 from bimvox.site.site import Blocker, names_by_id
 from bimvox.site.work import Work, kind_of
-from bimvox.units import elapsed
 
 NEAR_M = 0.05
 """Parts closer than this touch: bearings and grout joints are 10 to 50 mm high (professional judgement). A larger
@@ -99,7 +98,9 @@ def held(subject: Subject) -> Iterator[Remark]:
         if one.clear_m is not None and rules is not None and one.clear_m < rules.clearance_m - 1e-3:
             yield table.NEAR_PROPS(part, clear=metres(one.clear_m), asked=metres(rules.clearance_m))
         if one.holds_up:
-            when = "when the designer says so" if one.until_ns is None else f"elapsed {elapsed(one.until_ns / 1e9)}"
+            others = [n for n in one.waits_for if n != one.component] or one.waits_for
+            waits = f"once {listed((name_of(parts[n]) for n in others), _NAMED)} can carry"
+            when = "when the designer says so" if one.until_ns is None else waits
             names = listed((name_of(parts[n]) for n in one.holds_up), _NAMED)
             yield table.HOLDS_UP(part, names=names, is_="is" if len(one.holds_up) == 1 else "are", when=when)
         keep += bool(one.props) and one.until_ns is None

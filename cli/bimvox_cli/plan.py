@@ -126,7 +126,8 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
     title = f"infeasible: {len(infeasible):,}" + (", to be set by other means" if others else "")
     table(console, {**_INFEASIBLE, "reason": reason}, infeasible, title=title)
     parts = sum(group["parts"] for group in not_lifted)
-    title = f"no lifts of the crane: {parts:,}; work begins and carries in elapsed time"
+    dated = document["calendar"] is not None
+    title = f"no lifts of the crane: {parts:,}" + ("" if dated else "; work begins and carries in elapsed time")
     table(console, _NOT_LIFTED, not_lifted, title=title)
     show_remarks(console, document["remarks"], every=every)
     console.print()
@@ -151,6 +152,17 @@ def _show(console: Console, document: Mapping[str, Any], *, every: bool) -> None
 
 def _time(key: str, in_words: Callable[[float], str]) -> Column:
     return lambda one: None if one[key] is None else in_words(one[key])
+
+
+def _date_or_time(key: str) -> Column:
+    """Return the column of a date, otherwise of an elapsed time."""
+
+    def value(one: Mapping[str, Any]) -> str | None:
+        if f"{key}_at" in one:
+            return str(one[f"{key}_at"]).replace("T", " ")[:16]
+        return None if one[f"{key}_s"] is None else elapsed(one[f"{key}_s"])
+
+    return value
 
 
 _LIFTS: dict[str, Column] = {
@@ -180,8 +192,8 @@ _NOT_LIFTED: dict[str, Column] = {
     "t": rounded("mass_kg", 2, per=1000.0),
     "why": "reason",
     "needed by": _time("needed_by_s", clock),
-    "work begins": _time("begins_s", elapsed),
-    "carries": _time("carries_s", elapsed),
+    "work begins": _date_or_time("begins"),
+    "carries": _date_or_time("carries"),
     "crane min": rounded("material_lift_s", 1, per=60.0),
 }
 
@@ -209,9 +221,9 @@ def _verdict(document: Mapping[str, Any], others: int) -> str:
 
 
 def _elapsed(document: Mapping[str, Any]) -> str | None:
-    """Return elapsed time, if other work or curing makes it longer than crane time."""
+    """Return elapsed time, if other work or curing makes it longer than crane time; None if dates say when work is."""
     hours, pauses = document["figures"]["elapsed_hours"], document["pauses"]
-    if hours is None or not (document["steps"] or pauses):
+    if hours is None or document["calendar"] or not (document["steps"] or pauses):
         return None
     paused_s = sum(pause["length_s"] for pause in pauses)
     times = "once" if len(pauses) == 1 else f"{len(pauses):,} times"
@@ -284,6 +296,14 @@ def _unloading(figures: Mapping[str, Any]) -> str | None:
     )
 
 
+def _cost(figures: Mapping[str, Any]) -> str | None:
+    """Return what crew, hire, lorries and set-up cost, and by which rates."""
+    if (found := figures.get("cost")) is None:
+        return None
+    parts = ", ".join(f"{key.replace('_', '-')} {found[key]:,.0f}" for key in ("crew", "hire", "lorries", "set_up"))
+    return f"{found['total']:,.0f} {found['currency']}: {parts}; {found['source']}"
+
+
 def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
     """Return the figures of a plan as names and values; None if one does not apply."""
     shares = figures["shares"].items()
@@ -301,6 +321,7 @@ def figure_fields(figures: Mapping[str, Any]) -> list[tuple[str, object]]:
             else f"{elapsed(3600.0 * hours)}, {elapsed(3600.0 * figures['loaded_hours'])} of it loaded",
         ),
         ("unloading", _unloading(figures)),
+        ("cost", _cost(figures)),
         ("hire", days and f"{days:,} day{'' if days == 1 else 's'} of the working week, waits and wind included"),
         *(
             (f"crane {crane['name']}", f"{crane['lifts']:,} lifts, works {crane['busy_share']:.0%} of the time")

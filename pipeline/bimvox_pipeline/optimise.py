@@ -300,10 +300,9 @@ class _Plans:
         self.verified = runs["verified"]
         (own,) = cranes_of(self._opened.config)
         own_rates = search.rates(machine_of_crane(own))
-        lorry = self._opened.config.costs.lorry
-        self.given = _planned(site, by_site, _given(own, search), own_rates, self.standing_h, lorry)
+        self.given = _planned(site, by_site, _given(own, search), own_rates, self.standing_h)
         return [
-            _planned(path, by_site, _found(one), search.rates_of(one), self.standing_h, lorry)
+            _planned(path, by_site, _found(one), search.rates_of(one), self.standing_h)
             for path, one in zip(files, chosen, strict=True)
         ]
 
@@ -345,21 +344,17 @@ def _planned(
     values: dict[str, Any],
     rates: Rates,
     standing_h: float,
-    lorry: float,
 ) -> dict[str, Any]:
     """Return what is known of a set-up: its estimate, and its plan."""
     record = by_site[path.resolve()]
     figures = record.get("figures") or {}
     estimated_h = values.pop("crane_s") / 3600.0
     hours, refused = figures.get("crane_hours"), record.get("infeasible")
-    estimated_cost = rates.total(estimated_h)
-    if unloading := figures.get("unloading"):
-        rates = rates.with_deliveries(unloading["seconds"] / 3600.0, lorry * unloading["lorries"])
     return {
         "site": str(path),
         **values,
         "estimated_hours": round(estimated_h, 4),
-        "estimated_cost": round(estimated_cost, 2),
+        "estimated_cost": round(rates.total(estimated_h), 2),
         "status": record["status"],
         "refused": refused,
         "hours": hours,
@@ -368,7 +363,7 @@ def _planned(
         # Of two cranes, one stands while the other moves; for a refused part, none stands.
         "moving_hours": None if hours is None or refused or values["second"] else round(hours - standing_h, 6),
         "hire_days": figures.get("hire_days"),
-        "cost": None if hours is None else round(rates.total(hours, figures.get("hire_days")), 2),
+        "cost": (figures.get("cost") or {}).get("total"),
         "critical_lifts": figures.get("critical_lifts"),
         "highest_utilisation": figures.get("highest_utilisation"),
         "log": record["log"] if figures else None,

@@ -15,7 +15,7 @@ from bimvox.library.arguments import PolicyWish
 from bimvox.library.plan import planned
 from bimvox.library.prove import Planned
 from bimvox.library.site import load_site, read_obstructions
-from bimvox.log.plan_log import PlanLog, log_calendar, log_dates, with_full_rate
+from bimvox.log.plan_log import PlanLog, log_calendar, log_costs, log_dates, with_full_rate
 from bimvox.log.recorder import write_log
 from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
 from bimvox.motion.steps import steps_of
@@ -26,7 +26,7 @@ from bimvox.records.lift import LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import needed_by_ns, not_lifted_groups
 from bimvox.remarks.proven_props import proven_props
-from bimvox.site.config.calendar import CalendarConfig
+from bimvox.site.config.calendar import CalendarConfig, CostsConfig
 from bimvox.site.site import names_by_id
 from bimvox.workers import Workers
 
@@ -67,16 +67,19 @@ def plan(
         progress.finish()
     assert made.policy is not None
     more: dict[str, Any] = {"retrained": made.retrained.to_dict()} if made.retrained is not None else {}
-    calendar = log_calendar(made.record)
-    document = _document_of(Planned(made.record.plan, made.motions), made.policy, calendar)
+    calendar, costs = log_calendar(made.record), log_costs(made.record)
+    document = _document_of(Planned(made.record.plan, made.motions), made.policy, calendar, costs)
     dates = log_dates(made.record)
+    if dates is not None:
+        groups = not_lifted_groups(made.site, made.record.plan.lifts, made.motions, made.record.steps)
+        more |= {"not_lifted": [dates.with_dates(one) for one in groups]}
     more |= {"calendar": dates.document() if dates else None}
     more |= {"remarks": [remark.to_dict() for remark in made.remarks]}
     more |= {"not_covered": [line.to_dict() for line in made.not_covered]}
     return {**document, **more, "log": str(target), "seconds": progress.seconds}
 
 
-def _document_of(proven: Planned, policy: PolicyInUse, calendar: CalendarConfig) -> dict[str, Any]:
+def _document_of(proven: Planned, policy: PolicyInUse, calendar: CalendarConfig, costs: CostsConfig) -> dict[str, Any]:
     """Return the document of ``bimvox plan --json`` for a proven plan."""
     site = proven.plan.site
     motions = {motion.order: motion for motion in proven.motions}
@@ -116,7 +119,7 @@ def _document_of(proven: Planned, policy: PolicyInUse, calendar: CalendarConfig)
         "verified": True,
         "cranes": [identity(crane) for crane in site.cranes],
         "policy": policy.to_dict(),
-        "figures": figures_document(plan_figures(proven.plan, proven.motions, calendar, steps))
+        "figures": figures_document(plan_figures(proven.plan, proven.motions, calendar, steps, costs))
         | {"elapsed_hours": round(steps.elapsed_ns(proven.motions) / 3.6e12, 6) if motions else None},
         "lifts": lifts,
         "infeasible": infeasible_lifts(proven.plan, proven.motions),
@@ -170,6 +173,7 @@ def figures_document(figures: PlanFigures) -> dict[str, Any]:
         "hook_hours": None if figures.hook_s is None else round(figures.hook_s / 3600.0, 6),
         "unloading": None if figures.unloading is None else asdict(figures.unloading),
         "hire_days": figures.hire_days,
+        **({} if figures.cost is None else {"cost": figures.cost.document()}),
         "loaded_hours": None if figures.loaded_s is None else round(figures.loaded_s / 3600.0, 6),
         "hook_travel_m": None if travel is None else round(travel, 3),
         "critical_lifts": figures.critical,

@@ -7,10 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 from drawn_plans import motions_by_hand, plan_by_hand
+from planned_sites import planned, portal_crane, portal_site
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.motion.figures import capacity_used, driven_rates, plan_figures
 from bimvox.records.lift import Method
+from bimvox.records.steps import Steps
+from bimvox.site.config.calendar import CalendarConfig, CostsConfig, rates_of
+from bimvox.site.crane_guess import machine_of_crane
 
 
 def test_counts_shares_and_lengths_are_those_of_the_lifts():
@@ -63,3 +67,19 @@ def test_the_driven_rates_are_those_between_the_samples():
     ]
     assert (driven["loaded_m_s"], driven["empty_m_s"]) == pytest.approx(rates)
     assert driven_rates([]) is None
+
+
+def test_the_cost_is_that_of_the_cranes_hours_days_and_lorries():
+    costs, calendar = CostsConfig(currency="USD", lorry=700.0), CalendarConfig()
+    plan, motions = planned(portal_site(portal_crane()))
+    figures = plan_figures(plan, motions, calendar, Steps(), costs)
+    crane = machine_of_crane(plan.site.cranes[0])
+    rates = rates_of(costs, calendar, crane.name, crane.kind, crane.load_moment_tm)
+    hook_h = (figures.crane_s + figures.unloading.seconds) / 3600.0
+    assert figures.cost.crew == pytest.approx(rates.hour * hook_h)
+    assert figures.cost.hire == rates.hires[0].total(figures.hire_days)
+    assert (figures.cost.set_up, figures.cost.lorries) == (rates.set_up, 700.0 * figures.unloading.lorries)
+    assert figures.cost.document()["total"] == pytest.approx(figures.cost.total, abs=0.01)
+    assert figures.cost.currency == "USD"
+    assert plan_figures(plan, motions, calendar, None, costs).cost is None, "of an extract, the days are not known"
+    assert plan_figures(plan, motions, calendar, Steps()).cost is None

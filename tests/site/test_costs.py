@@ -22,6 +22,19 @@ def test_hire_is_for_days_on_the_site_and_the_crew_for_hours() -> None:
     assert mobile.total(2.0, 7.0) == pytest.approx(300.0 + 7 * 4 * 200.0 + 2.0 * 4 * 50.0), "all seven days"
 
 
+def test_a_cost_is_its_parts_together() -> None:
+    found = rates_of(COSTS, WEEK, "t", "hammerhead", 100.0).with_deliveries(3.0, 1200.0).cost(2.0, 7.0)
+    assert (found.set_up, found.lorries) == (1500.0, 1200.0)
+    assert (found.hire, found.crew) == (pytest.approx(3 * WEEK_HIRE), 5.0 * 4 * 50.0)
+    assert found.total == pytest.approx(found.set_up + found.lorries + found.hire + found.crew)
+
+
+def test_where_rates_come_from_is_said() -> None:
+    assert CostsConfig().source.startswith("typical rates")
+    assert CostsConfig(budget=5.0, currency="USD").source.startswith("typical rates")
+    assert COSTS.source.startswith("rates of [costs] in the site file")
+
+
 def test_a_month_is_the_twelfth_of_52_weeks() -> None:
     offer = COSTS.model_copy(update={"machine": (MachineCosts(name="t", month=900.0),)})
     rates = rates_of(offer, WEEK, "t", "hammerhead", 100.0)

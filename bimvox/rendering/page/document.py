@@ -24,7 +24,16 @@ from bimvox.remarks.not_covered import NOT_COVERED
 from bimvox.rendering.colours import CLASSES, NO_GROUP, REMARKS, SHARES
 from bimvox.rendering.page.crane import CRANE, crane_record
 from bimvox.rendering.page.geometry import COLOUR, NUMBERS, Blob, Shapes, rounded, shapes_of
-from bimvox.rendering.page.lifts import DELIVERY, LIFT, PROOF, UNLOADING, is_critical, lift_record, proof_record
+from bimvox.rendering.page.lifts import (
+    DELIVERY,
+    LIFT,
+    PROOF,
+    UNLOADING,
+    is_critical,
+    lift_record,
+    local_s,
+    proof_record,
+)
 from bimvox.rendering.page.motions import (
     ANGLE_STEPS_PER_RAD,
     LENGTH_STEPS_PER_M,
@@ -375,8 +384,6 @@ def _changes(before: Revision, after: Revision) -> dict[str, Any]:
 
 # Deliveries that the crane unloads, as records of the page.
 
-_EPOCH = datetime(1970, 1, 1)
-
 
 def _unloading_records(revision: Revision) -> tuple[dict[int, dict[str, float]], list[dict[str, Any]]]:
     """Return how the crane unloads each part, by order of its lift, and every delivery; nothing without an access."""
@@ -401,7 +408,7 @@ def _local_s(revision: Revision, number: int) -> tuple[float | None, float | Non
     if dates is None or number not in dates.deliveries:
         return None, None
     begin_ns, end_ns = dates.deliveries[number]
-    return (dates.moment(begin_ns) - _EPOCH).total_seconds(), (dates.moment(end_ns) - _EPOCH).total_seconds()
+    return local_s(dates.moment(begin_ns)), local_s(dates.moment(end_ns))
 
 
 # The fixed things on a site: the slab with its areas, structure, obstructions.

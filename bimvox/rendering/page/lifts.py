@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from typing import Any, Literal
 
 import numpy as np
@@ -22,6 +23,8 @@ from bimvox.site.component import Component
 from bimvox.site.config.validation import Point3
 from bimvox.site.lifting import hung_kg, permitted_for
 from bimvox.site.site import Site, names_by_id, with_names
+
+_EPOCH = datetime(1970, 1, 1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,6 +58,13 @@ _STEP = Record(
     ("begins_s", float, "When it begins."),
     ("ends_s", float, "When it ends."),
     ("carries_s", float, "From when it carries."),
+    (
+        "local_s",
+        tuple[float, float, float],
+        "The same three times in local time, seconds after 1970; with dates.",
+        LATER,
+        None,
+    ),
 )
 UNLOADING = Record(
     "PageUnloading",
@@ -120,7 +130,8 @@ LIFT = Record(
      lambda it: _needed_by_s(it.source.motions, it.lift)),
     ("elapsed_s", Maybe(float), "When it starts, elapsed time.",
      lambda it: it.motion and it.source.steps.starting_ns(it.motion.start_ns) / 1e9),
-    ("step", Maybe(_STEP), "Its times, if the crane does not lift it.", lambda it: it.step and it.step.seconds()),
+    ("step", Maybe(_STEP), "Its times, if the crane does not lift it.",
+     lambda it: it.step and _step(it.source, it.step)),
     ("delivery", Maybe(Count), "Its delivery, from 0.", "place.delivery"),
     ("unloading", Maybe(UNLOADING), "How the crane unloads it; null if no place for trucks is known.", LATER, None),
     ("stored", Maybe(Literal["as_built", "lying_x", "lying_y"]), "How it is stored.", "place.pose.value"),
@@ -158,6 +169,16 @@ LIFT = Record(
     ("begins_s", Maybe(float), "When its motion begins, crane time.", LATER),
     ("critical", bool, "Whether it uses the critical share of the capacity or more, or is beyond the chart.", LATER),
 )  # fmt: skip
+
+
+def _step(revision: Revision, step: Step) -> dict[str, Any]:
+    found = revision.dates and revision.dates.of_work([step.order])
+    return step.seconds() | ({"local_s": [local_s(at) for at in found]} if found else {})
+
+
+def local_s(at: datetime) -> float:
+    """Return a local time as seconds after 1970."""
+    return (at - _EPOCH).total_seconds()
 
 
 def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:

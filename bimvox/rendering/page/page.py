@@ -83,7 +83,9 @@ def _summary(source: PageSource) -> str:
     words = f"{counted(planned, 'lift')} planned, {shown.infeasible} infeasible"
     if shown.motions:
         words += f", {hours(max(motion.end_ns for motion in shown.motions))} of crane time"
-        if shown.steps.pauses:
+        if shown.dates:
+            words += f", {shown.dates.end_in_words}"
+        elif shown.steps.pauses:
             words += f", {elapsed(shown.steps.elapsed_ns(shown.motions) / 1e9)} elapsed"
     return f"{words}; {shown.verdict.line}. Log {shown.log}, SHA-256 {shown.sha256}."
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from datetime import datetime, timedelta
 from typing import Any
 
@@ -21,6 +21,8 @@ from bimvox.units import elapsed
 
 _MOST_PX = (500.0, 420.0)
 """Two drawings side by side fit a landscape A4 page."""
+_MAY_GO = {False: "May go from\nelapsed", True: "May go from"}
+"""The head of a column of times or dates."""
 _UPRIGHT = frozenset((Work.COLUMN, Work.WALL))
 _HOLDS = {
     "bearing": "lie on what carries them",
@@ -162,7 +164,7 @@ def _closed(held: Iterable[dict[str, Any]]) -> str:
         return ""
     numbers = ", ".join(ranges(one["number"] for one in shored))
     last = max(shored, key=lambda one: one["until_s"])
-    until = f"elapsed {elapsed(last['until_s'])}" + (f", {_date(last['until_at'])}" if last["until_at"] else "")
+    until = _when(last)
     return paragraph(f"Shores close the floor below lifts {numbers} to other work until {until} at the latest.")
 
 
@@ -176,17 +178,29 @@ def _steps(held: Iterable[dict[str, Any]]) -> str:
     for (at, _), those in sorted(groups.items()):
         last_s, count = max(one["until_s"] for one in those), sum(len(one["props"]) for one in those)
         of = escape(", ".join(ranges(one["number"] for one in those)))
-        cells = [number(last_s, elapsed(last_s), "until_s"), _date(at or None), number(count, f"{count}", "props"), of]
-        rows.append(row(cells))
-    head = ("May go from\nelapsed", "Date", "Props", "Of lifts")
+        rows.append(
+            row(
+                [
+                    _date(at) if at else number(last_s, elapsed(last_s), "until_s"),
+                    number(count, f"{count}", "props"),
+                    of,
+                ]
+            )
+        )
+    head = (_MAY_GO[any(at for at, _ in groups)], "Props", "Of lifts")
     return table(head, rows, class_="words narrow", id_="prop-steps") if rows else ""
 
 
-def _date(at: str | None) -> str:
-    return "–" if at is None else escape(in_words(datetime.fromisoformat(at)))
+def _date(at: str) -> str:
+    return escape(in_words(datetime.fromisoformat(at)))
 
 
-def _parts(held: Iterable[dict[str, Any]]) -> str:
+def _when(held: dict[str, Any]) -> str:
+    """Return when props may go: a date, otherwise elapsed time."""
+    return _date(held["until_at"]) if held["until_at"] else f"elapsed {elapsed(held['until_s'])}"
+
+
+def _parts(held: Sequence[dict[str, Any]]) -> str:
     rows = [
         row(
             [
@@ -194,12 +208,17 @@ def _parts(held: Iterable[dict[str, Any]]) -> str:
                 f"<b>{escape(one['name'] or one['component'])}</b>",
                 escape(one["words"]),
                 "<br>".join(_ends(prop) for prop in one["props"]),
-                "as its designer says" if one["until_s"] is None else value(one, "until_s", elapsed),
+                _date(one["until_at"])
+                if one["until_at"]
+                else "as its designer says"
+                if one["until_s"] is None
+                else value(one, "until_s", elapsed),
             ]
         )
         for one in held
     ]
-    head = ("Lift", "Part", "Held by", "Head to foot x, y, z m; load", "May go from, elapsed")
+    may_go = _MAY_GO[all(one["until_at"] or one["until_s"] is None for one in held)]
+    head = ("Lift", "Part", "Held by", "Head to foot x, y, z m; load", may_go)
     return tag("div", table(head, rows, class_="words", id_="held"), "wide")
 
 
@@ -214,8 +233,7 @@ def props_of_lift(record: dict[str, Any], lift: dict[str, Any]) -> str:
     held = next((one for one in (record["props"] or {"held": ()})["held"] if one["component"] == lift["id"]), None)
     if held is None:
         return ""
-    until = _date(held["until_at"]) if held["until_at"] else "as its designer says" if held["until_s"] is None else ""
-    until = until or f"elapsed {elapsed(held['until_s'])}"
+    until = "as its designer says" if held["until_s"] is None else _when(held)
     places = "".join(f"<br>{_ends(prop)}" for prop in held["props"])
     return escape(held["words"]) + places + (f"<br>may go from {until}" if held["props"] else "")
 

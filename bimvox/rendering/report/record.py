@@ -14,7 +14,7 @@ from bimvox.crane.machine import identity
 from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.grid.frame import Label
-from bimvox.motion.figures import driven_rates, hook_travel_m
+from bimvox.motion.figures import driven_rates, hook_travel_m, plan_figures
 from bimvox.records.dates import PlanDates, in_words
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion, PhaseName
@@ -110,7 +110,10 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "infeasible": _causes_first(lifts),
         **steps.documents(site),
         "props": propped(revision),
-        "not_lifted": [one.to_dict() for one in not_lifted_groups(site, revision.lifts, revision.motions, steps)],
+        "not_lifted": [
+            revision.dates.with_dates(one) if revision.dates else one.to_dict()
+            for one in not_lifted_groups(site, revision.lifts, revision.motions, steps)
+        ],
         "deliveries": _deliveries(lifts, revision.dates),
         "verdict": revision.verdict.to_dict(),
         "conditions": list(revision.conditions),
@@ -251,6 +254,7 @@ def _totals(revision: Revision, lifts: list[dict[str, Any]]) -> dict[str, Any]:
         "calendar": revision.dates.document() if revision.dates else None,
         "elapsed_s": revision.steps.elapsed_ns(revision.motions) / 1e9 if revision.steps != Steps() else None,
         "paused_s": revision.steps.paused_ns / 1e9,
+        "cost": _cost(revision),
         "carrying_s": sum(carried),
         "hook_travel_m": sum(lift["hook_travel_m"] or 0.0 for lift in lifts) if revision.motions else None,
         "mass_kg": sum(lift["mass_kg"] for lift in planned),
@@ -260,6 +264,15 @@ def _totals(revision: Revision, lifts: list[dict[str, Any]]) -> dict[str, Any]:
         "shortest_moves": sum(lift["shortest_moves"] or 0 for lift in planned if lift["moves"] is not None),
         "compared_moves": sum(lift["moves"] or 0 for lift in planned if lift["shortest_moves"] is not None),
     }
+
+
+def _cost(revision: Revision) -> dict[str, Any] | None:
+    """Return what the work costs, and for how many days the crane is hired; None of an extract, or without rates."""
+    if revision.config is None or revision.context:
+        return None
+    calendar, costs = revision.config.calendar, revision.config.costs
+    found = plan_figures(revision.plan, revision.motions, calendar, revision.steps, costs)
+    return None if found.cost is None else {**found.cost.document(), "hire_days": found.hire_days}
 
 
 def _of_cranes(site: Site, lifts: list[dict[str, Any]]) -> dict[str, Any]:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import datetime
 from typing import Any
 
 from bimvox.errors import listed
+from bimvox.records.dates import in_words
 from bimvox.records.unloading import Unloading
 from bimvox.rendering.report.gantt import crane_chart, gantt_chart
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms, value
@@ -18,6 +20,7 @@ from bimvox.site.site import with_names
 from bimvox.units import clock, elapsed
 
 _LISTED = 12
+_AMOUNTS = ("total", "crew", "hire", "lorries", "set_up")
 
 
 def heading(record: dict[str, Any]) -> str:
@@ -60,6 +63,7 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
             f"{number(totals['mass_kg'], tonnes(totals['mass_kg']), 'total_mass_kg')} t, heaviest part {heaviest} t",
         ),
         ("Crane needed", _needed(totals) if record["crane"] else ""),
+        ("Costs", _costs(totals["cost"]) if totals["cost"] else ""),
         ("Critical lifts", critical_words if record["crane"] else ""),
         ("Lift category", in_short(record) if record["crane"] else ""),
         ("To tick", f"{len(record['not_covered']):,} lines that this plan does not cover"),
@@ -89,9 +93,17 @@ def _needed(totals: dict[str, Any]) -> str:
     return f"{days} of the working week, waits and wind included; erecting and dismantling come on top"
 
 
+def _costs(cost: dict[str, Any]) -> str:
+    """Return what crew, hire, lorries and set-up cost, and by which rates."""
+    amounts = {key: number(cost[key], fixed(cost[key], 0), f"cost_{key}") for key in _AMOUNTS}
+    hire = f"hire {amounts['hire']} for {counted(cost['hire_days'], 'day')} of the working week"
+    parts = f"crew {amounts['crew']}, {hire}, lorries {amounts['lorries']}, set-up {amounts['set_up']}"
+    return f"{amounts['total']} {escape(cost['currency'])}: {parts}<br>{escape(cost['source'])}"
+
+
 def _elapsed(totals: dict[str, Any]) -> str:
-    """Return the elapsed time, if the crane pauses, or work goes on without it."""
-    if totals["elapsed_s"] is None:
+    """Return the elapsed time, if the crane pauses, or work goes on without it; empty if dates say when work is."""
+    if totals["elapsed_s"] is None or totals["calendar"]:
         return ""
     if not totals["paused_s"]:
         more = totals["elapsed_s"] - totals["total_s"] > 1.0
@@ -170,29 +182,33 @@ def not_lifted(record: dict[str, Any]) -> str:
                 tonnes(group["mass_kg"]),
                 escape(group["reason"] or ""),
                 "–" if group["needed_by_s"] is None else clock(group["needed_by_s"]),
-                *("–" if group[key] is None else elapsed(group[key]) for key in ("begins_s", "ends_s", "carries_s")),
+                *(_when(group, key) for key in ("begins", "ends", "carries")),
                 "–" if group["material_lift_s"] is None else span(group["material_lift_s"]),
             ]
         )
         for group in groups
     ]
-    times = (
-        "Needed by\ncrane time",
-        "Work begins\nelapsed",
-        "Ends\nelapsed",
-        "Carries\nelapsed",
-        "Material lift\nwithout a path",
-    )
+    dated = any("begins_at" in group for group in groups)
+    kind = "" if dated else "\nelapsed"
+    work = (f"{name}{kind}" for name in ("Work begins", "Ends", "Carries"))
+    times = ("Needed by\ncrane time", *work, "Material lift\nwithout a path")
     head = ("Means", "Storey", "Kind", "Parts", "Numbers", "Mass, t", "Why", *times)
     parts = sum(group["parts"] for group in groups)
     table_ = table(head, rows, class_="words", id_="not-lifted")
-    zero = "Times count from 0:00:00, when the crane starts work; a minus stands for work before that."
+    zero = "" if dated else "Times count from 0:00:00, when the crane starts work; a minus stands for work before that."
     return section(
         f"Not lifted singly: {counted(parts, 'part')} cast in place or set by hand",
-        paragraph(zero, "faint"),
+        paragraph(zero, "faint") if zero else "",
         table_,
         id="not-lifted-parts",
     )
+
+
+def _when(group: dict[str, Any], key: str) -> str:
+    """Return a time of work that the crane does not do: its date, otherwise elapsed time."""
+    if f"{key}_at" in group:
+        return escape(in_words(datetime.fromisoformat(group[f"{key}_at"])))
+    return "–" if group[f"{key}_s"] is None else elapsed(group[f"{key}_s"])
 
 
 def _blocker(name: str, names: dict[str, str]) -> str:

@@ -152,6 +152,13 @@ class CostsConfig(Table):
     machine: Annotated[tuple[MachineCosts, ...], Field(max_length=1000)] = ()
     """Offers; they take the place of the rates above."""
 
+    @property
+    def source(self) -> str:
+        """Where the rates come from, in words."""
+        if self.model_fields_set - {"currency", "budget"}:
+            return "rates of [costs] in the site file, otherwise typical ones"
+        return "typical rates, partly assumed: replace them by offers ([costs] in the site file)"
+
     @model_validator(mode="after")
     def _each_machine_once(self) -> Self:
         names = [one.name for one in self.machine]
@@ -330,6 +337,37 @@ class Hire:
 
 
 @dataclass(frozen=True, slots=True)
+class Cost:
+    """What the work of a plan costs, in the currency of the site.
+
+    Attributes:
+        set_up: Transport, foundation, erecting and dismantling of the cranes.
+        crew: The crew, for all hours on the hook.
+        hire: The cranes, for every period that is begun.
+        lorries: All lorries.
+        currency: The currency, if it is known.
+        source: Where the rates come from, in words.
+    """
+
+    set_up: float
+    crew: float
+    hire: float
+    lorries: float
+    currency: str = ""
+    source: str = ""
+
+    @property
+    def total(self) -> float:
+        """All of it."""
+        return self.set_up + self.lorries + self.crew + self.hire
+
+    def document(self) -> dict[str, object]:
+        """Return it for the JSON documents."""
+        amounts = {key: round(getattr(self, key), 2) for key in ("crew", "hire", "lorries", "set_up", "total")}
+        return {**amounts, "currency": self.currency, "source": self.source}
+
+
+@dataclass(frozen=True, slots=True)
 class Rates:
     """What the work with one machine costs, in the currency of the site.
 
@@ -354,6 +392,10 @@ class Rates:
     lost: float = 0.0
 
     def total(self, hours: float, hire_days: float | None = None) -> float:
+        """Return all that so many hours of lifts cost; the arguments are those of ``cost``."""
+        return self.cost(hours, hire_days).total
+
+    def cost(self, hours: float, hire_days: float | None = None) -> Cost:
         """Return the cost of so many hours of lifts.
 
         Args:
@@ -362,7 +404,7 @@ class Rates:
         """
         hook_h = hours + self.unloading_h
         days = (hook_h + self.waits_h) / self.day_h / (1.0 - self.lost) if hire_days is None else hire_days
-        return self.set_up + self.lorries + self.hour * hook_h + sum(hire.total(days) for hire in self.hires)
+        return Cost(self.set_up, self.hour * hook_h, sum(hire.total(days) for hire in self.hires), self.lorries)
 
     def with_another(self, other: Rates) -> Rates:
         """Return what this and another machine cost, if both are on the site for the same hours and deliveries."""

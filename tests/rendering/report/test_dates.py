@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from datetime import date
+from datetime import date, datetime
+from pathlib import Path
 
+import pytest
+import seeded_faults as faults
 from log_building import tiny_log
 from opened_pages import revision_of
 
 from bimvox.log.plan_log import log_dates
+from bimvox.records.dates import in_words
+from bimvox.rendering.page.lifts import lift_record
 from bimvox.rendering.report.gantt import gantt_chart
 from bimvox.rendering.report.record import record_of
-from bimvox.rendering.report.sections import heading
+from bimvox.rendering.report.sections import heading, not_lifted
 from bimvox.rendering.report.words import span
+from bimvox.site.config.site_config import ModelConfig, SiteConfig
 
 
 def test_head_notes_and_gantt_chart_have_the_dates():
@@ -47,3 +53,38 @@ def test_the_hours_on_the_hook_include_the_unloading_of_all_lorries():
     record = record_of(dataclasses.replace(revision_of(log), dates=dates))
     hook_s = record["totals"]["total_s"] + dates.unloading.seconds
     assert f"On the hook</dt><dd>{span(hook_s)}, {span(dates.unloading.seconds)} of it unloading" in heading(record)
+
+
+def test_the_key_figures_have_the_costs_with_where_their_rates_come_from():
+    own = SiteConfig(model=ModelConfig(path=Path("model.ifc")))
+    record = record_of(dataclasses.replace(revision_of(tiny_log(crane=True)), config=own))
+    cost = record["totals"]["cost"]
+    assert cost["total"] == pytest.approx(sum(cost[key] for key in ("crew", "hire", "lorries", "set_up")), abs=0.02)
+    html = heading(record)
+    assert f"{cost['total']:,.0f}</data> EUR: crew" in html
+    assert "typical rates, partly assumed" in html
+    assert record_of(revision_of(tiny_log(crane=True)))["totals"]["cost"] is None, "a log without a site file"
+
+
+def test_with_dates_nothing_is_told_in_elapsed_time():
+    site_file = b"[calendar]\nstart = 2026-03-13\n"
+    log = dataclasses.replace(faults.log_cast("beam"), attachments={"site.toml": site_file})
+    dates = log_dates(log)
+    assert dates is not None
+    revision = revision_of(log)
+    dated = dataclasses.replace(revision, dates=dates)
+    record, without = record_of(dated), record_of(revision)
+    (group,) = record["not_lifted"]
+    (step,) = log.steps.steps
+    begins, ends, carries = (dates.moment(at_ns) for at_ns in dates.steps[step.order])
+    assert (group["begins_at"], group["carries_at"]) == (begins.isoformat(), carries.isoformat())
+    html = heading(record) + not_lifted(record)
+    assert in_words(begins) in html and in_words(ends) in html and in_words(carries) in html
+    assert "elapsed" not in html.lower()
+    assert "elapsed" in not_lifted(without) and "begins_at" not in without["not_lifted"][0]
+    cast = next(lift for lift in dated.lifts if lift.order == step.order)
+    epoch = datetime(1970, 1, 1)
+    assert lift_record(dated, cast)["step"]["local_s"] == [
+        (at - epoch).total_seconds() for at in (begins, ends, carries)
+    ]
+    assert "local_s" not in lift_record(revision, cast)["step"]

@@ -4,7 +4,7 @@ import { cranesOf } from "./cranes.mjs";
 import { HOW, deliveryWords } from "./plan.mjs";
 import { extent } from "./overlays.mjs";
 import { LOOKS, SCOPES, SEEN } from "./visibility.mjs";
-import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, digitsOf, elapsed, fixed, metres, nameOf, percent, point, sentence, span, tonnes, whole } from "./words.mjs";
+import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, digitsOf, elapsed, fixed, localDate, metres, nameOf, percent, point, sentence, span, tonnes, whole } from "./words.mjs";
 
 export class Details {
   constructor(app) {
@@ -104,7 +104,7 @@ export class Details {
     return el("div", { class: "aside", role: "note" },
       el("strong", {}, `No lift of the crane: ${words}.`),
       el("p", {}, `${sentence(lift.reason)}. It is needed after all earlier parts of the sequence${by}.`),
-      step ? el("p", {}, `In elapsed time, the work begins at ${elapsed(step.begins_s)} and ends at ${elapsed(step.ends_s)}; it carries what rests on it from ${elapsed(step.carries_s)}.`) : null,
+      step?.local_s ? el("p", {}, `The work begins on ${localDate(step.local_s[0])} and ends on ${localDate(step.local_s[1])}; it carries what rests on it from ${localDate(step.local_s[2])}.`) : step ? el("p", {}, `In elapsed time, the work begins at ${elapsed(step.begins_s)} and ends at ${elapsed(step.ends_s)}; it carries what rests on it from ${elapsed(step.carries_s)}.`) : null,
     ); // prettier-ignore
   }
 
@@ -266,7 +266,7 @@ export class Details {
         ["In this log", revision.carried < app.plan.lifts.length ? `${revision.carried} (it is an extract)` : null],
         ["Recovered", revision.metadata.recovered === "true" ? "recovered from a damaged log; some lifts may be missing" : null],
         ["Crane time", revision.timed ? span(revision.ends_s - revision.begins_s) : "no crane: nominal times, 1 s per move"],
-        ["Elapsed", revision.elapsed_s === null ? null : `${elapsed(revision.elapsed_s)}${revision.paused_s ? `; the crane pauses ${elapsed(revision.paused_s)} for work cast in place or set by hand` : ""}`],
+        ["Elapsed", revision.elapsed_s === null || revision.dates ? null : `${elapsed(revision.elapsed_s)}${revision.paused_s ? `; the crane pauses ${elapsed(revision.paused_s)} for work cast in place or set by hand` : ""}`],
         ["Crane", cranesOf(app.document).length > 1 ? null : app.document.crane?.name],
         ...this._cranes(),
         ...this._overrides(),
