@@ -268,6 +268,17 @@ def log_dates(log: PlanLog, start: datetime | None = None) -> PlanDates | None:
     return dates
 
 
+def log_times(log: PlanLog) -> PlanDates | None:
+    """Return the dates of a log; if no start is known, its times from a usual Monday on, by numbered working days.
+
+    None of an extract, or of a plan without a crane.
+    """
+    if log.context:
+        return None
+    site = log.plan.site
+    return log_dates(log) or dates_of(log_calendar(log), site, log.plan.lifts, log.motions, log.steps, numbered=True)
+
+
 def attached_programme(log: PlanLog) -> tuple[str, bytes] | None:
     """Return name and bytes of the programme that a log carries; None if it carries none."""
     found = ((name, data) for name, data in sorted(log.attachments.items()) if name.startswith(ATTACHED))

@@ -9,7 +9,9 @@ from datetime import date, datetime, timedelta
 from heapq import heappop, heappush
 from itertools import chain
 from operator import itemgetter
+from typing import Any
 
+from bimvox.records.declared import Count, Record
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.programme import PERCENTILES, TaskDates, Weather, added_ns
@@ -273,6 +275,8 @@ class PlanDates:
         programme: The tasks of the programme, each with the dates of its parts; none without a programme.
         crews: The hours of each crew; none if the size of none is known.
         unloading: The unloading of all deliveries.
+        crane_ns: From the start of the first lift to the end of the last on the site's clock, which stands in pauses.
+        is_dated: Whether the day of the start is known; otherwise its working days are numbered.
     """
 
     calendar: CalendarConfig
@@ -289,6 +293,8 @@ class PlanDates:
     programme: tuple[TaskDates, ...] = ()
     crews: tuple[_CrewHours, ...] = ()
     unloading: Unloading | None = None
+    crane_ns: int = 0
+    is_dated: bool = True
 
     @property
     def deliveries(self) -> dict[int, _Span]:
@@ -355,6 +361,28 @@ class PlanDates:
         first, last, hours = self.first.date(), self.last.date(), self.hours
         return sum(hours.works(first + timedelta(days=n)) for n in range((last - first).days + 1))
 
+    def in_words(self, moment: datetime) -> str:
+        """Return a time: ``Thu 12 March 2026 14:10``; if the day of the start is not known, ``day 4 14:10``."""
+        if self.is_dated:
+            return in_words(moment)
+        days = (moment.date() - self.begins.date()).days + 1
+        day = sum(self.hours.works(self.begins.date() + timedelta(days=n)) for n in range(days))
+        return f"day {max(day, 1):,} {moment:%H:%M}"
+
+    def span_in_words(self, order: int) -> tuple[str, str] | None:
+        """Return start and end of a lift or step in words; None if it has none."""
+        found = self.lifts.get(order) or self.steps.get(order)
+        return None if found is None else (self.in_words(self.moment(found[0])), self.in_words(self.moment(found[1])))
+
+    def clock_in_words(self, clock_ns: int | None) -> str | None:
+        """Return a time on the site's clock in words; None stays None."""
+        return None if clock_ns is None else self.in_words(self.at(clock_ns))
+
+    @property
+    def time(self) -> dict[str, Any]:
+        """When the plan is carried out, in the words and numbers that everybody is shown: ``TIME``."""
+        return TIME.of(self)
+
     @property
     def hire_days(self) -> int:
         """For how many days the crane is hired: from its first work, unloading included, to its last, used or not.
@@ -368,8 +396,7 @@ class PlanDates:
     @property
     def end_in_words(self) -> str:
         """When the plan ends: ``Thu 12 March 2026 14:10, 3 working days``."""
-        days = self.working_days
-        return f"{in_words(self.last)}, {days:,} working day{'' if days == 1 else 's'}"
+        return f"{in_words(self.last)}, {_counted(self.working_days, 'working day')}"
 
     @property
     def percentiles(self) -> tuple[tuple[int, datetime], ...]:
@@ -436,6 +463,37 @@ class PlanDates:
         yield from (at[:2] for at in self.steps.values())
 
 
+def _counted(count: int, noun: str) -> str:
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
+
+
+def _span_in_words(dates: PlanDates) -> str:
+    days = _counted(dates.working_days, "working day")
+    return f"{dates.in_words(dates.first)} to {dates.in_words(dates.last)}, {days}"
+
+
+def _hours_in_words(dates: PlanDates) -> str:
+    more_s = 0.0 if dates.unloading is None else dates.unloading.seconds
+    more = f" to lift and {more_s / 3600.0:,.1f} to unload" if more_s else ""
+    return f"{dates.crane_ns / _NS_PER_H:,.1f} crane hours{more}"
+
+
+TIME = Record(
+    "PlanTime",
+    "When a plan is carried out. Every other program and document shows the same numbers by the same names.",
+    ("begins", str, "When the first work begins: date and clock, or the number of the working day and clock.",
+     lambda it: it.in_words(it.first)),
+    ("ends", str, "When the last work ends, in the same way.", lambda it: it.in_words(it.last)),
+    ("working_days", Count, "Working days from the first to the last work."),
+    ("crane_hours", float, "From the start of the first lift to the end of the last, without pauses.",
+     lambda it: round(it.crane_ns / _NS_PER_H, 6)),
+    ("unloading_hours", float, "Hours of the crane to unload deliveries, in addition.",
+     lambda it: round((it.unloading.seconds if it.unloading else 0.0) / 3600.0, 6)),
+    ("span_in_words", str, "Begin, end and working days in one line.", _span_in_words),
+    ("hours_in_words", str, "The hours of the crane in one line.", _hours_in_words),
+)  # fmt: skip
+
+
 def dates_of(
     calendar: CalendarConfig,
     site: Site,
@@ -443,18 +501,28 @@ def dates_of(
     motions: Sequence[LiftMotion],
     steps: Steps,
     start: datetime | None = None,
+    *,
+    numbered: bool = False,
 ) -> PlanDates | None:
     """Return the dates of a plan; None if its start is not known, or it has no motions.
 
     Everything keeps its order in time: a lift waits for what carried before it in elapsed time, a step for the
     lifts before it, for its crew and for what carried. Waits run through nights and breaks, work does not.
-    ``lifts`` are all of the plan; ``start`` is when work may begin, local time; None takes the calendar's.
+    ``lifts`` are all of the plan; ``start`` is when work may begin, local time; None takes the calendar's. If neither
+    is known, ``numbered`` asks for the times of a usual Monday on, whose working days are numbered.
     """
     lifts = list(lifts)
+    is_dated = start is not None or calendar.start is not None
+    calendar = calendar if is_dated or not numbered else calendar.usual
     begins = start or calendar.begins
     if begins is None or not motions:
         return None
     dates = _walked(calendar, site, lifts, motions, steps, begins)
+    unloading = unloading_of(calendar, site, lifts)
+    clock_ns = max(motion.end_ns for motion in motions) - min(motion.start_ns for motion in motions)
+    dates = replace(dates, unloading=unloading, crane_ns=clock_ns, is_dated=is_dated)
+    if not is_dated:
+        return dates
     set_by_crane = {motion.order: (motion.component, dates.lifts[motion.order]) for motion in motions}
     cast = [
         dates.steps[step.order][:2] for step in steps.steps if site.components[step.component].means is Means.IN_SITU
@@ -472,8 +540,7 @@ def dates_of(
         round(day_h(calendar) * _NS_PER_H),
     )
     uncertainty = calendar.uncertainty or UncertaintyConfig()
-    unloading = unloading_of(calendar, site, lifts)
-    return replace(dates, later_ns=added_ns(uncertainty, times, unloading.deliveries, weather), unloading=unloading)
+    return replace(dates, later_ns=added_ns(uncertainty, times, unloading.deliveries, weather))
 
 
 def hire_days(

@@ -14,16 +14,12 @@ from bimvox_cli.options import Json, Quiet, Verbose, to_file
 _END = """
 The lift log:   {log}   (opens in Foxglove, Lichtblick or Rerun)
 The picture:    {picture}
-The site file:  {site}   (every setting is explained in it)
-Its drawing:    {drawing}   (crane, radii and yard to scale)
+The site file:  {site}   (every setting is explained in it; its drawing: {drawing})
+With your own model (IFC, STL, OBJ, PLY, GLB ...): bimvox init MODEL, then bimvox plan MODEL.site.toml
 
-Try next, with your own model (IFC, STL, OBJ, PLY, GLB ...):
-  bimvox inspect MODEL
-  bimvox init MODEL
-  bimvox plan MODEL.site.toml
-or with these files:
-  bimvox render {log} -o {page}
-  bimvox export {log} --to csv -o {table}"""
+Open the plan in a browser; it needs no network:
+  {page}
+  {address}"""
 
 
 def demo(
@@ -34,8 +30,8 @@ def demo(
 ) -> None:
     """Do the main job on a sample: voxelize, plan, verify, render.
 
-    Every step is a command that you can repeat; it is printed before it runs. With --json, prints what `bimvox plan`
-    prints.
+    Every step is a command that you can repeat; it is printed before it runs, and -v prints what each one says, not
+    only the plan. The last lines are the page to open. With --json, prints what `bimvox plan` prints.
     """
     from bimvox_pipeline.demo import copy_sample, steps
 
@@ -46,22 +42,17 @@ def demo(
     model = copy_sample(out)
     code = DONE
     for step in steps(model):
-        told = ["-q"] if json or quiet else ["-v"] if verbose else []
-        if json and step[0] == "plan":
+        is_plan = step[0] == "plan"
+        told = ["-q"] if json or quiet or not (is_plan or verbose) else ["-v"] if verbose else []
+        if json and is_plan:
             told.append("--json")
         if not (json or quiet):
-            print("\n$ bimvox", *step, flush=True)
+            print("\n$ bimvox" if is_plan or verbose else "$ bimvox", *step, flush=True)
         code = max(code, app([*step, *told], prog_name="bimvox", standalone_mode=False) or DONE)
         if code == INTERRUPTED:  # typer makes a code of Ctrl-C
             raise KeyboardInterrupt
     if not (json or quiet):
-        made = {
-            "log": ".mcap",
-            "picture": ".png",
-            "site": ".site.toml",
-            "drawing": ".site.svg",
-            "page": ".html",
-            "table": ".csv",
-        }
-        print(_END.format(**{name: model.with_suffix(suffix) for name, suffix in made.items()}))
+        made = {"log": ".mcap", "picture": ".png", "site": ".site.toml", "drawing": ".site.svg", "page": ".html"}
+        files = {name: model.with_suffix(suffix) for name, suffix in made.items()}
+        print(_END.format(**files, address=files["page"].resolve().as_uri()))
     raise typer.Exit(code)

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bimvox.rendering.words import counted
 from bimvox_cli import complete
 from bimvox_cli.options import Assemblies, Model, Select, Unit, Up, VoxelSize, command, read_options, to_file
-from bimvox_cli.output import Output, facts
+from bimvox_cli.output import Output, facts, in_lines
 from bimvox_cli.part_table import show_kinds
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+_KINDS = 12
+"""Types of parts that are printed without being asked for."""
 
 
 @command
@@ -70,14 +75,41 @@ def init(
             force=force,
             progress=output.progress,
         )
-    code = output.result(document, _show)
+    code = output.result(document, partial(_show, verbose=output.verbose))
     output.next_step(
         f"next: look at {document['drawing']}, read {document['site']}, then bimvox plan {document['site']}"
     )
     return code
 
 
-def _show(console: Console, document: Mapping[str, Any]) -> None:
-    said = ("notes", "kinds")  # the notes were printed as they came
-    facts(console, {key: value for key, value in document.items() if key not in said})
-    show_kinds(console, document["kinds"])
+def _show(console: Console, document: Mapping[str, Any], *, verbose: bool) -> None:
+    """Print what was guessed, a line each, and what the parts are; if verbose, all of it."""
+    if verbose:
+        said = ("notes", "kinds")  # the notes were printed as they came
+        facts(console, {key: value for key, value in document.items() if key not in said})
+        show_kinds(console, document["kinds"])
+        return
+    in_lines(
+        console,
+        [
+            ("site", f"{document['site']}, drawn in {document['drawing']}"),
+            ("parts", f"{counted(document['components'], 'part')} in the plan; {document['structure']:,} stand before"),
+            ("ground", f"{document['ground_m']:.4g} m: {document['ground_why']}"),
+            ("crane", _crane(document)),
+            ("not lifted", _not_lifted(document["cannot_lift"])),
+            ("more", "-v: other cranes, and all types of parts"),
+        ],
+    )
+    show_kinds(console, document["kinds"], most=_KINDS)
+
+
+def _crane(document: Mapping[str, Any]) -> str:
+    """Return the crane, and why the next smaller one does not serve."""
+    smaller = document["smaller_cranes"]
+    why = f"; the smaller {smaller[-1]['machine']} {smaller[-1]['reason']}" if smaller else ""
+    return f"{document['crane']}{why}"
+
+
+def _not_lifted(parts: Sequence[Mapping[str, Any]]) -> str | None:
+    """Return how many parts the crane cannot lift, and why the first of them."""
+    return f"{counted(len(parts), 'part')}, first {parts[0]['name']}: {parts[0]['reason']}" if parts else None

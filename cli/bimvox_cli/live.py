@@ -37,6 +37,8 @@ class LiveProgress(SilentProgress):
         self._bars: Bars | None = None
         self._task = TaskID(0)
         self._kernels = 0
+        self.held: list[str] | None = None
+        """Notes that are not printed for now; None: each is printed as it comes."""
 
     def compiling(self, begun: int, now: bool) -> None:
         """Say that kernels are compiled, which takes long and happens once, and how many; see `bimvox.progress`."""
@@ -81,7 +83,16 @@ class LiveProgress(SilentProgress):
 
     def noted(self, text: str) -> None:
         """Print a note, above the bar if there is one."""
-        self._console.print(f"note: {plain(text)}")
+        if self.held is not None:
+            self.held.append(text)
+        else:
+            self._console.print(f"note: {plain(text)}")
+
+    def released(self) -> None:
+        """Print the notes that were held."""
+        notes, self.held = self.held or (), None
+        for text in notes:
+            self.noted(text)
 
     def ended(self) -> None:
         """Remove the bar; if verbose, print the stage with its time."""

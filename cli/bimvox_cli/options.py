@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from difflib import get_close_matches
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Concatenate, Literal, ParamSpec
@@ -63,6 +64,28 @@ def read_options(
 def to_file(metavar: str, help: str) -> Any:  # noqa: A002  (typer's word)
     """Return the option that names what a command writes."""
     return typer.Option("--output", "-o", metavar=metavar, help=help)
+
+
+def table_option(names: Sequence[str], more: str = "") -> Any:
+    """Return the option that asks for tables of a result, by their names."""
+
+    def known(given: list[str]) -> list[str]:
+        """Return the names, several of which may be in one text; an unknown one is an error of usage."""
+        found = [name.strip() for text in given for name in text.split(",")]
+        if unknown := next((name for name in found if name not in names), None):
+            near = get_close_matches(unknown, names, 1)
+            meant = f"; did you mean {near[0]}?" if near else ""
+            raise typer.BadParameter(f"{unknown!r} is not one of {', '.join(names)}{meant}")
+        return found
+
+    return typer.Option(
+        "--table",
+        metavar="NAME",
+        callback=known,
+        autocompletion=lambda: list(names),
+        help=f"After the verdict, print a table instead of the summary: {', '.join(names)}. Can be repeated. "
+        f"{more}".rstrip(),
+    )
 
 
 Model = Annotated[

@@ -30,6 +30,7 @@ _UNITS = dict.fromkeys(("m", "m2", "m3", "s", "ms", "kg", "t", "h")) | {
 }
 _UNIT = re.compile(rf"(?P<name>(?!hours_).+?)_(?P<unit>{'|'.join(sorted(_UNITS, key=len, reverse=True))})")
 _LEAST_WIDTH = 40
+_LEAST_CUT = 12
 _MOST_INDENTED = 10_000
 _WRITTEN_AT_ONCE = 1 << 20
 
@@ -37,9 +38,10 @@ _WRITTEN_AT_ONCE = 1 << 20
 class Output:
     """The output of one run of a command, with the progress that the pipeline reports to."""
 
-    def __init__(self, *, as_json: bool, quiet: bool, progress: Progress) -> None:
+    def __init__(self, *, as_json: bool, quiet: bool, progress: Progress, verbose: bool = False) -> None:
         self.as_json = as_json
         self.quiet = quiet
+        self.verbose = verbose and not quiet
         self.progress = progress
 
     def result(self, document: Mapping[str, Any], show: Callable[[Console, Mapping[str, Any]], None]) -> int:
@@ -68,6 +70,22 @@ class Output:
         elif not self.quiet:
             print(plain(text), flush=True)
 
+    @contextmanager
+    def notes_held(self) -> Iterator[None]:
+        """Print no notes in the block, unless verbose or it fails; whoever shows the result says how many there are."""
+        from bimvox_cli.live import LiveProgress
+
+        live = self.progress
+        if self.verbose or not isinstance(live, LiveProgress):
+            yield
+            return
+        live.held = []
+        try:
+            yield
+        except BaseException:
+            live.released()
+            raise
+
     def next_step(self, text: str) -> None:
         """Suggest what to do next, on stderr."""
         if not (self.quiet or self.as_json):
@@ -89,7 +107,7 @@ def open_output(*, as_json: bool, quiet: bool, verbose: bool = False) -> Iterato
             progress = live = LiveProgress(console_on(sys.stderr), verbose=verbose)
             stack.enter_context(told(live.compiling))
         stack.callback(progress.finish)
-        yield Output(as_json=as_json, quiet=quiet, progress=progress)
+        yield Output(as_json=as_json, quiet=quiet, progress=progress, verbose=verbose)
 
 
 def console_on(stream: Any) -> Console:
@@ -131,6 +149,36 @@ def fields(console: Console, pairs: Iterable[tuple[str, object]]) -> None:
     _print_trimmed(console, table)
 
 
+def lines_of(console: Console, show: Callable[[], None]) -> int:
+    """Return how many lines something would print."""
+    printed, stream = console.file, _Counted()
+    console.file = stream  # type: ignore[assignment]
+    try:
+        show()
+    finally:
+        console.file = printed
+    return stream.lines
+
+
+class _Counted:
+    """A stream that counts lines."""
+
+    lines = 0
+
+    def write(self, text: str) -> int:
+        self.lines += text.count("\n")
+        return len(text)
+
+    def flush(self) -> None:
+        """Do nothing."""
+
+
+def in_lines(console: Console, pairs: Sequence[tuple[str, str | None]]) -> None:
+    """Print names and values, a line each."""
+    width = console.width - max(len(name) for name, _ in pairs) - 2
+    fields(console, [(name, value and shortened(value, width)) for name, value in pairs])
+
+
 def rows(
     console: Console,
     columns: Sequence[str],
@@ -139,8 +187,13 @@ def rows(
     title: str = "",
     limit: int | None = ROWS_SHOWN,
     count: int | None = None,
+    cut: str | None = None,
 ) -> None:
-    """Print a table, numbers right-aligned; report the number of rows beyond ``limit``, of ``count`` in all."""
+    """Print a table, numbers right-aligned; report the number of rows beyond ``limit``, of ``count`` in all.
+
+    ``cut`` names a column whose texts are shortened so that every row fits in one line.
+    """
+    from rich.cells import cell_len
     from rich.table import Table
 
     if not values:
@@ -154,12 +207,25 @@ def rows(
         whole = heading in _IDS  # an id in two pieces cannot be copied
         table.add_column(heading, justify="right" if numeric else "left", overflow="fold", no_wrap=whole)
     texts = [_aligned([row[column] for row in shown]) for column in range(len(columns))]
+    if cut is not None:
+        at = columns.index(cut)
+        wide = [max(map(cell_len, (name, *own))) for name, own in zip(columns, texts, strict=True)]
+        left = max(_LEAST_CUT, console.width - sum(wide) + wide[at] - 2 * (len(columns) - 1))
+        texts[at] = [shortened(text, left) for text in texts[at]]
     for cells in zip(*texts, strict=True):
         table.add_row(*cells)
     _print_trimmed(console, table)
     more = (len(values) if count is None else count) - len(shown)
     if more > 0:
         console.print(f"... and {more:,} more (--json lists all)", style="dim")
+
+
+def shortened(text: str, width: int) -> str:
+    """Return a text on one line of at most ``width`` characters on a terminal; dots show that it was longer."""
+    from rich.cells import cell_len, set_cell_size
+
+    line = " ".join(text.split())
+    return line if cell_len(line) <= width else f"{set_cell_size(line, width - 3).rstrip()}..."
 
 
 Column = str | Callable[[Any], object]
@@ -178,9 +244,19 @@ def table(
     *,
     title: str = "",
     limit: int | None = ROWS_SHOWN,
+    cut: str | None = None,
 ) -> None:
-    """Print a table of items, a row each, with columns by their headings."""
-    rows(console, list(columns), [cells_of(columns.values(), one) for one in items], title=title, limit=limit)
+    """Print a table of items, a row each, with columns by their headings; ``limit`` and ``cut`` as in ``rows``."""
+    cells = [cells_of(columns.values(), one) for one in items]
+    rows(console, list(columns), cells, title=title, limit=limit, cut=cut)
+
+
+def width_of(columns: Mapping[str, Column], items: Sequence[Any]) -> int:
+    """Return how wide a table of items is, in characters, the gap before a further column included."""
+    from rich.cells import cell_len
+
+    texts = zip(*(map(written, cells_of(columns.values(), one)) for one in items), strict=True)
+    return sum(max(map(cell_len, (name, *own))) + 2 for name, own in zip(columns, texts, strict=True))
 
 
 def cells_of(columns: Iterable[Column], item: Any) -> list[object]:

@@ -108,7 +108,7 @@ _NAME, _OTHERS, _WHY = 48, 53, 30
 """Characters of a name, of the columns but the last one with it, and of the least that is shown of a reason."""
 
 
-def show_kinds(console: Console, kinds: Sequence[Mapping[str, Any]]) -> None:
+def show_kinds(console: Console, kinds: Sequence[Mapping[str, Any]], *, most: int = ROWS_SHOWN) -> None:
     """Print the types of a model, the doubtful ones first; those beyond the first rows are counted."""
     if not kinds:
         return
@@ -134,12 +134,12 @@ def show_kinds(console: Console, kinds: Sequence[Mapping[str, Any]]) -> None:
                 _known_by(row),
                 cut(row["kind_from"], max(_WHY, console.width - _NAME - _OTHERS)),
             )
-            for row in kinds[:ROWS_SHOWN]
+            for row in kinds[:most]
         ],
         title=title,
         limit=None,
     )
-    rest = kinds[ROWS_SHOWN:]
+    rest = kinds[most:]
     if rest:
         parts = sum(row["count"] for row in rest)
         console.print(

@@ -17,12 +17,13 @@ if TYPE_CHECKING:
 
 
 Remarks = Annotated[
-    bool, typer.Option("--remarks", help="List every remark about the plan by the name of its part, notes included.")
+    bool,
+    typer.Option("--remarks", help="The same as --table remarks: every remark, with its part, and every note."),
 ]
 
 _MOST_KINDS = 6
 _Remarks = Sequence[Mapping[str, Any]]
-_NOTE, _SERIOUS = "note", "serious"
+NOTE, SERIOUS = "note", "serious"
 
 
 def verdict(said: str, document: Mapping[str, Any], *, others: int = 0) -> Text:
@@ -34,8 +35,8 @@ def verdict(said: str, document: Mapping[str, Any], *, others: int = 0) -> Text:
         others: How many parts are set by other means than the crane: with any, it is not green.
     """
     remarks = document["remarks"]
-    matter = [remark["severity"] for remark in remarks if remark["severity"] != _NOTE]
-    counts = {"remarks": len(matter), "serious": matter.count(_SERIOUS), "notes": len(remarks) - len(matter)}
+    matter = [remark["severity"] for remark in remarks if remark["severity"] != NOTE]
+    counts = {"remarks": len(matter), "serious": matter.count(SERIOUS), "notes": len(remarks) - len(matter)}
     return coloured(said, proven=document["verified"], clean=not others, **counts)
 
 
@@ -47,34 +48,11 @@ def coloured(said: str, *, proven: bool, remarks: int, serious: int, notes: int 
     return Text(f"{said}, {number_in_words(remarks, serious, notes)}", style=colour)
 
 
-def show_remarks(console: Console, remarks: _Remarks, *, every: bool) -> None:
-    """Print the remarks: each with its part and its text, or only how many there are of each kind."""
-    matter = [remark for remark in remarks if remark["severity"] != _NOTE]
-    if every:
-        listed = [(remark["severity"], remark["name"] or "-", remark["text"]) for remark in remarks]
-        rows(console, ("severity", "part", "remark"), listed, title=f"remarks: {len(matter):,}", limit=None)
-        return
-    groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
-    for remark in matter:
-        groups.setdefault((remark["severity"], remark["kind"]), []).append(remark)
-    rows(
-        console,
-        ("severity", "about", "count", "first"),
-        [
-            (severity, kind.replace("_", " "), len(own), _sentence(own[0]))
-            for (severity, kind), own in list(groups.items())[:_MOST_KINDS]
-        ],
-        title=f"remarks: {len(matter):,} (--remarks lists them)",
-        limit=None,
-    )
-    rest = list(groups.values())[_MOST_KINDS:]
-    if rest:
-        serious = sum(remark["severity"] == _SERIOUS for own in rest for remark in own)
-        console.print(f"... and {number_in_words(sum(map(len, rest)), serious)} more", style="dim")
-
-
-def _sentence(remark: Mapping[str, Any]) -> str:
-    return remark["text"] if remark["name"] is None else f"{remark['name']}: {remark['text']}"
+def show_remarks(console: Console, remarks: _Remarks) -> None:
+    """Print every remark with its part, notes included."""
+    matter = sum(remark["severity"] != NOTE for remark in remarks)
+    listed = [(remark["severity"], remark["name"] or "-", remark["text"]) for remark in remarks]
+    rows(console, ("severity", "part", "remark"), listed, title=f"remarks: {matter:,}", limit=None)
 
 
 def not_covered(lines: Sequence[Mapping[str, Any]]) -> str | None:

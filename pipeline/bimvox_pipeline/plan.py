@@ -15,19 +15,22 @@ from bimvox.library.arguments import PolicyWish
 from bimvox.library.plan import planned
 from bimvox.library.prove import Planned
 from bimvox.library.site import load_site, read_obstructions
-from bimvox.log.plan_log import PlanLog, log_calendar, log_costs, log_dates, with_full_rate
+from bimvox.log.plan_log import PlanLog, log_calendar, log_costs, log_times, with_full_rate
 from bimvox.log.recorder import write_log
 from bimvox.motion.figures import CraneFigures, PlanFigures, plan_figures
 from bimvox.motion.steps import steps_of
 from bimvox.planning.stage import refused_by_crane
 from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
+from bimvox.records.dates import PlanDates
 from bimvox.records.lift import LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
-from bimvox.records.steps import needed_by_ns, not_lifted_groups
+from bimvox.records.steps import NotLifted, needed_by_ns, not_lifted_groups
+from bimvox.records.unloading import deliveries_of
 from bimvox.remarks.proven_props import proven_props
+from bimvox.rendering.page.lifts import governing
 from bimvox.site.config.calendar import CalendarConfig, CostsConfig
-from bimvox.site.site import names_by_id
+from bimvox.site.site import Site, names_by_id
 from bimvox.workers import Workers
 
 
@@ -67,19 +70,17 @@ def plan(
         progress.finish()
     assert made.policy is not None
     more: dict[str, Any] = {"retrained": made.retrained.to_dict()} if made.retrained is not None else {}
-    calendar, costs = log_calendar(made.record), log_costs(made.record)
-    document = _document_of(Planned(made.record.plan, made.motions), made.policy, calendar, costs)
-    dates = log_dates(made.record)
-    if dates is not None:
-        groups = not_lifted_groups(made.site, made.record.plan.lifts, made.motions, made.record.steps)
-        more |= {"not_lifted": [dates.with_dates(one) for one in groups]}
-    more |= {"calendar": dates.document() if dates else None}
+    calendar, costs, times = log_calendar(made.record), log_costs(made.record), log_times(made.record)
+    document = _document_of(Planned(made.record.plan, made.motions), made.policy, calendar, costs, times)
+    more |= {"calendar": times.document() if times and times.is_dated else None}
     more |= {"remarks": [remark.to_dict() for remark in made.remarks]}
     more |= {"not_covered": [line.to_dict() for line in made.not_covered]}
     return {**document, **more, "log": str(target), "seconds": progress.seconds}
 
 
-def _document_of(proven: Planned, policy: PolicyInUse, calendar: CalendarConfig, costs: CostsConfig) -> dict[str, Any]:
+def _document_of(
+    proven: Planned, policy: PolicyInUse, calendar: CalendarConfig, costs: CostsConfig, times: PlanDates | None
+) -> dict[str, Any]:
     """Return the document of ``bimvox plan --json`` for a proven plan."""
     site = proven.plan.site
     motions = {motion.order: motion for motion in proven.motions}
@@ -111,6 +112,9 @@ def _document_of(proven: Planned, policy: PolicyInUse, calendar: CalendarConfig,
                 "confidence": component.judgement.confidence.value,
                 "mass_kg": round(component.mass_kg, 1),
                 "mass_from": component.mass_source,
+                "storey": component.storey,
+                **_seen(site, motion),
+                **_when(times, lift.order),
                 **({"with_jib": True} if lift.with_jib else {}),
                 **({"crane": site.cranes[component.crane].name} if site.has_several_cranes else {}),
             }
@@ -122,8 +126,13 @@ def _document_of(proven: Planned, policy: PolicyInUse, calendar: CalendarConfig,
         "figures": figures_document(plan_figures(proven.plan, proven.motions, calendar, steps, costs))
         | {"elapsed_hours": round(steps.elapsed_ns(proven.motions) / 3.6e12, 6) if motions else None},
         "lifts": lifts,
-        "infeasible": infeasible_lifts(proven.plan, proven.motions),
-        "not_lifted": [one.to_dict() for one in not_lifted_groups(site, proven.plan.lifts, proven.motions, steps)],
+        "infeasible": infeasible_lifts(proven.plan, proven.motions, times),
+        "not_lifted": [
+            (times.with_dates(one) if times and times.is_dated else one.to_dict()) | _when_in_all(times, one)
+            for one in not_lifted_groups(site, proven.plan.lifts, proven.motions, steps)
+        ],
+        "time": times.time if times else None,
+        "deliveries": _deliveries(proven.plan, times) if times else [],
         **steps.documents(site),
         **proven_props(proven.plan, tuple(proven.motions)).documents(site),
         "clashes": [
@@ -134,7 +143,59 @@ def _document_of(proven: Planned, policy: PolicyInUse, calendar: CalendarConfig,
     }
 
 
-def infeasible_lifts(plan: LiftPlan, motions: Iterable[LiftMotion]) -> list[dict[str, Any]]:
+def _seen(site: Site, motion: LiftMotion | None) -> dict[str, Any]:
+    """Return what governs a lift: the load on the hook, the gross capacity of the chart there, and the wind."""
+    if motion is None:
+        return {}
+    governs, wind = governing(site, motion), motion.wind
+    return {
+        "radius_m": round(governs["radius_m"], 3),
+        "load_kg": round(governs["load_kg"], 1),
+        "gross_capacity_kg": round(governs["capacity_kg"], 1),
+        "utilisation": None if governs["utilisation"] is None else round(governs["utilisation"], 6),
+        "permitted_wind_m_s": None if wind is None else round(wind.speed_m_s, 3),
+    }
+
+
+def _when(times: PlanDates | None, order: int) -> dict[str, str]:
+    words = times and times.span_in_words(order)
+    return dict(zip(("begins_in_words", "ends_in_words"), words, strict=True)) if words else {}
+
+
+def _when_in_all(times: PlanDates | None, group: NotLifted) -> dict[str, str | None]:
+    """Return when the work at a group of parts begins and when all of them carry, and when the first is needed."""
+    if times is None:
+        return {}
+    begins, _, carries = times.of_work(lift.order for lift in group.lifts) or (None, None, None)
+    return {
+        "begins_in_words": begins and times.in_words(begins),
+        "carries_in_words": carries and times.in_words(carries),
+        "needed_by_in_words": times.clock_in_words(group.needed_by_ns),
+    }
+
+
+def _deliveries(plan: LiftPlan, times: PlanDates) -> list[dict[str, Any]]:
+    """Return the deliveries: their parts, lorries and mass, and when they come and are unloaded."""
+    found = []
+    for number, lifts in sorted(deliveries_of(plan.lifts).items()):
+        at, span = times.lorries.get(number, ()), times.deliveries.get(number)
+        found.append(
+            {
+                "number": number + 1,
+                "lifts": [lift.number for lift in lifts],
+                "parts": len(lifts),
+                "lorries": len(at) or None,
+                "mass_kg": round(sum(plan.site.components[lift.component].mass_kg for lift in lifts), 1),
+                "arrives_in_words": span and times.in_words(times.moment(span[0])),
+                "unloaded_in_words": span and times.in_words(times.moment(span[1])),
+            }
+        )
+    return found
+
+
+def infeasible_lifts(
+    plan: LiftPlan, motions: Iterable[LiftMotion], times: PlanDates | None = None
+) -> list[dict[str, Any]]:
     """Return the infeasible lifts of a plan, each with its reason and blockers, for the JSON documents.
 
     A part is carried if the crane lifts it by reach, load chart, gear and wind, which is what `init` says of a crane.
@@ -154,6 +215,7 @@ def infeasible_lifts(plan: LiftPlan, motions: Iterable[LiftMotion]) -> list[dict
             "is_carried": refused_by_crane(plan.site, components[lift.component]) is None,
             "by_other_means": lift.by_other_means,
             "needed_by_s": None if (at_ns := needed_ns.get(lift.order)) is None else round(at_ns / 1e9, 3),
+            **({"needed_by_in_words": times.clock_in_words(at_ns)} if times else {}),
         }
         for lift in infeasible_among(plan.lifts)
     ]

@@ -9,7 +9,15 @@ import pytest
 from bimvox_cli.main import run
 
 FRAME = Path(__file__).parents[2] / "sample_models" / "frame.ifc"
-MADE = {"prefab.ifc", "prefab.zarr.zip", "prefab.site.toml", "prefab.site.svg", "prefab.mcap", "prefab.png"}
+MADE = {
+    "prefab.ifc",
+    "prefab.zarr.zip",
+    "prefab.site.toml",
+    "prefab.site.svg",
+    "prefab.mcap",
+    "prefab.png",
+    "prefab.html",
+}
 
 
 @pytest.fixture(autouse=True)
@@ -28,7 +36,9 @@ def test_every_step_is_printed_and_the_end_says_where_to_look(
     folder = tmp_path / "demo-output"
     assert {file.name for file in folder.iterdir()} == MADE
     steps = [line.split()[2] for line in out.splitlines() if line.startswith("$ bimvox ")]
-    assert steps == ["voxelize", "init", "plan", "verify", "render"]
+    assert steps == ["voxelize", "init", "plan", "verify", "render", "render"]
+    page = folder / "prefab.html"
+    assert out.splitlines()[-2:] == [f"  {Path('demo-output') / page.name}", f"  {page.as_uri()}"]
     for name in ("prefab.mcap", "prefab.png", "prefab.site.toml", "prefab.site.svg"):
         assert str(Path("demo-output") / name) in out.split("The lift log:")[1]
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 import seeded_faults as faults
 from bimvox_cli.main import run
+from bimvox_cli.matters import remark_matters, show_matters
 from bimvox_cli.remarks import show_remarks, verdict
 from rich.console import Console
 
@@ -35,9 +36,9 @@ SOME = [
 ]
 
 
-def shown(remarks: list[dict], *, every: bool) -> str:
+def matters(remarks: list[dict], most_lines: int = 9) -> str:
     stream = io.StringIO()
-    show_remarks(Console(file=stream, width=160), remarks, every=every)
+    show_matters(Console(file=stream, width=160), remark_matters(remarks), most_lines=most_lines)
     return stream.getvalue()
 
 
@@ -61,26 +62,34 @@ def test_parts_that_are_set_by_other_means_are_not_green() -> None:
 
 
 def test_a_kind_is_counted_and_shown_by_its_first_remark() -> None:
-    told = shown(SOME, every=False)
-    assert "remarks: 3 (--remarks lists them)" in told
-    assert "cloud: floats 5.9 m up" in told
-    assert "mist" not in told
-    assert "masses" not in told
+    lines = matters(SOME).splitlines()
+    assert lines[2].split() == ["serious", "2", "floats", "cloud:", "floats", "5.9", "m", "up"]
+    assert "mist" not in matters(SOME)
+    assert "masses" not in matters(SOME)
 
 
-def test_only_a_handful_of_kinds_is_shown_the_gravest_first() -> None:
+def test_only_what_fits_is_shown_the_gravest_first() -> None:
     more = [{**SOME[2], "kind": f"small_{n}", "text": f"matter {n}"} for n in range(7)]
-    told = shown([*SOME, *more, more[6]], every=False)
+    told = matters([*SOME, *more, more[6]])
     assert len(told.splitlines()) == 9
-    assert "small 4" not in told
-    assert told.splitlines()[-1] == "... and 4 remarks more"
+    assert "small 3" in told
+    assert told.splitlines()[-1] == "... and 4 more (small 4, small 5, small 6)"
+
+
+def test_long_texts_are_whole_if_they_fit_and_cut_to_one_line_otherwise() -> None:
+    long = [{**SOME[2], "kind": f"small_{n}", "text": "wind " * 40} for n in range(3)]
+    assert "..." not in matters(long)
+    cut = matters(long, 5).splitlines()
+    assert len(cut) == 5
+    assert all(line.endswith("...") for line in cut[2:])
 
 
 def test_remarks_are_listed_by_part_with_the_notes() -> None:
-    told = shown(SOME, every=True)
+    stream = io.StringIO()
+    show_remarks(Console(file=stream, width=160), SOME)
     for remark in SOME:
-        assert str(remark["text"]) in told
-    assert "mist" in told
+        assert str(remark["text"]) in stream.getvalue()
+    assert "mist" in stream.getvalue()
 
 
 def test_verify_tells_conditions_and_remarks_and_its_exit_code_does_not_change(
@@ -92,8 +101,14 @@ def test_verify_tells_conditions_and_remarks_and_its_exit_code_does_not_change(
     assert run(["verify", str(log)]) == 0
     told = capsys.readouterr().out
     assert re.search(r"every check passed: proven, with \d+ claims of the log, 6 remarks", told)
-    assert "no obstruction is missing [--obstructions proves it]" in told
+    assert told.startswith("yes: every check passed")
+    assert len(told.splitlines()) <= 25
+    assert "--obstructions proves 1" in told
     assert "there is no wind" in told
+    assert run(["verify", str(log), "--table", "claims", "--table", "checks"]) == 0
+    tables = capsys.readouterr().out
+    assert "no obstruction is missing [--obstructions proves it]" in tables
+    assert re.search(r"^motion_cells +yes", tables, re.MULTILINE)
     assert "a mass of unknown origin" not in told
     assert run(["verify", str(log), "--remarks"]) == 0
     listed = capsys.readouterr().out

@@ -98,7 +98,7 @@ _GOVERNING = Record(
     ("time_s", float, "When, crane time."),
     ("phase", str, "The phase."),
     ("radius_m", float, "Radius of the hook."),
-    ("capacity_kg", float, "Capacity there."),
+    ("capacity_kg", float, "Gross capacity there: rigging and hook block count as load."),
     ("load_kg", float, "Load, rigging and hook block."),
     ("sector", str, "Sector of a mobile crane whose chart governs; empty if the chart holds all around."),
 )
@@ -161,7 +161,7 @@ LIFT = Record(
     ("bound_s", Maybe(float), "The synchronised point-to-point time.", "motion.loaded.bound_s"),
     ("samples", Maybe(Count), "Samples of its motion in the log.",
      lambda it: it.motion and len(it.motion.samples()[0])),
-    ("governs", Maybe(_GOVERNING), "Its governing sample.", lambda it: it.motion and _governing(it.site, it.motion)),
+    ("governs", Maybe(_GOVERNING), "Its governing sample.", lambda it: it.motion and governing(it.site, it.motion)),
     ("pick", Maybe(_HOOK), "The hook when it is picked.",
      lambda it: it.motion and _hook(it.site, it.motion, last=False)),
     ("set", Maybe(_HOOK), "The hook when it is set.", lambda it: it.motion and _hook(it.site, it.motion, last=True)),
@@ -249,7 +249,7 @@ def _lifting(site: Site, component: Component, motion: LiftMotion | None) -> dic
     )
 
 
-def _governing(site: Site, motion: LiftMotion) -> dict[str, Any] | None:
+def governing(site: Site, motion: LiftMotion) -> dict[str, Any]:
     """Return the governing sample: the furthest out of those with the highest utilisation, rigging included."""
     crane = site.cranes[motion.crane]
     mass_kg = hung_kg(crane, site.components[motion.component])

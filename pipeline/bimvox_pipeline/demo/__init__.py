@@ -29,14 +29,14 @@ def copy_sample(folder: Path) -> Path:
 
 
 def steps(model: Path) -> list[list[str]]:
-    """Return the command lines that make grid, site file, log and picture of a model, next to it."""
-    grid, site, log, picture = (
-        str(model.with_name(model.stem + suffix)) for suffix in (".zarr.zip", ".site.toml", ".mcap", ".png")
-    )
+    """Return the command lines that make grid, site file, log, picture and page of a model, next to it."""
+    suffixes = (".zarr.zip", ".site.toml", ".mcap", ".png", ".html")
+    grid, site, log, picture, page = (str(model.with_name(model.stem + suffix)) for suffix in suffixes)
     return [
         ["voxelize", str(model), "-o", grid],
         ["init", str(model), "-o", site, "--force"],
         ["plan", site, "-o", log],
         ["verify", log],
         ["render", log, "-o", picture],
+        ["render", log, "-o", page],
     ]
