@@ -158,6 +158,11 @@ def _braced(subject: Subject) -> _Here:
     return _about(parts, "wall or column", "walls and columns")
 
 
+def _loaded_aside(subject: Subject) -> _Here:
+    parts = [part for part in subject.lifted if work_of(part) is Work.BEAM]
+    return _about(parts, "beam that floors may load on one side first", "beams that floors may load on one side first")
+
+
 def _assumed_points(subject: Subject) -> _Here:
     parts = [part for part in subject.lifted if part.lifting.source != "anchors"]
     return _about(parts, "part has assumed lifting points", "parts have assumed lifting points")
@@ -232,6 +237,10 @@ _ROWS = (
         "The designer confirms props, their places, anchors, the strength of floor and ground below them, wind while "
         "they stand, floors below that need back-propping, and when they go; nothing is released before it is held.",
         _braced, with_crane=False),
+    Row("eccentric", "Eccentric loads, torsion of beams",
+        "Floors load fresh columns, walls and beams on one side first. The designer confirms that these and their "
+        "props bear that and that no beam twists, and says in which order both sides are loaded: the loads of props in "
+        "this plan are wind and 2 % of the weight alone.", _loaded_aside, with_crane=False),
     Row("anchors", "Anchors and lifting points",
         "The part's designer states anchors, and the strength that its concrete needs before it is lifted.",
         _assumed_points),

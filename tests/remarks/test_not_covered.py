@@ -78,3 +78,10 @@ def test_obstacle_lights_follow_from_the_height_of_the_crane() -> None:
 def test_work_that_is_cast_also_needs_the_crane() -> None:
     cast = [PARTS[0], (*PARTS[1], {"means": Means.IN_SITU})]
     assert lines(plan_of(cast, crane=crane_at()))["other_lifts"].components == ("post",)
+
+
+def test_loads_from_one_side_and_beams_that_may_twist_are_to_be_ticked() -> None:
+    found = lines(plan_of([*PARTS, ("beam", (8, 2, 0), (12, 3, 1), {"ifc_class": "IfcBeam"})]))["eccentric"]
+    assert "columns" in found.text and "twists" in found.text
+    assert found.components == ("beam",)
+    assert lines(plan_of(PARTS))["eccentric"].components == ()

@@ -99,7 +99,7 @@ def plan_parts(
     width, height = sheet.size_px
     placed = Placed((MARGIN_PX, MARGIN_PX, width - MARGIN_PX, height - MARGIN_PX))
     for value in values:
-        placed.keep_clear(value)
+        placed.keep_clear(value.box)
     for crane in drawing["cranes"]:
         towards_rad = _free_direction(drawing, crane)
         parts += _crane_on_plan(sheet, crane, towards_rad)

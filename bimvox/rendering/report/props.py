@@ -21,6 +21,7 @@ from bimvox.units import elapsed
 
 _MOST_PX = (500.0, 420.0)
 """Two drawings side by side fit a landscape A4 page."""
+_FOOT_PX = 2.5
 _MAY_GO = {False: "May go from\nelapsed", True: "May go from"}
 """The head of a column of times or dates."""
 _UPRIGHT = frozenset((Work.COLUMN, Work.WALL))
@@ -139,22 +140,36 @@ def _storey(one: dict[str, Any]) -> str:
     (x0, x1), (y0, y1) = ((min(values), max(values)) for values in zip(*corners, strict=True))
     sheet = sheet_for((x0 - 1.0, y0 - 1.0), (x1 + 1.0, y1 + 1.0), _MOST_PX)
     width, height = sheet.size_px
-    placed = Placed((MARGIN_PX, MARGIN_PX, width - MARGIN_PX, height - MARGIN_PX))
+    ways = [(sheet.at(prop["head_m"]), sheet.at(prop["foot_m"])) for prop in one["props"]]
+    placed = Placed((MARGIN_PX, MARGIN_PX, width - MARGIN_PX, height - MARGIN_PX), ways)
     parts = [*grid(sheet, ("x", "y")), *(sheet.path(rings, "area structure") for rings in one["uprights"])]
-    for prop in one["props"]:
+    for prop, (_, (x, y)) in zip(one["props"], ways, strict=True):
         parts += _prop(sheet, prop)
-        placed.put(around(str(prop["number"]), sheet.at(prop["foot_m"])))
+        placed.keep_clear((x - _FOOT_PX, y - _FOOT_PX, x + _FOOT_PX, y + _FOOT_PX))
+    without = sum(not _numbered(placed, prop["number"], way) for prop, way in zip(one["props"], ways, strict=True))
     parts += [*scale_bar(sheet), *(one.svg for one in placed.labels)]
     name = one["storey"] or "no storey"
     svg = drawn(sheet, f"Props, {name}", parts)
-    return tag("figure", svg + tag("figcaption", escape(f"{name}, 1 : {sheet.scale}")), "sheet drawing")
+    words = f"{name}, 1 : {sheet.scale}"
+    if without:
+        words += f"; {counted(without, 'number')} without room: the table below has every foot"
+    return tag("figure", svg + tag("figcaption", escape(words)), "sheet drawing")
+
+
+def _numbered(placed: Placed, lift: int, way: tuple[tuple[float, float], tuple[float, float]]) -> bool:
+    """Write the number of a prop's lift near its foot, otherwise near its middle; return whether there was room."""
+    (head_x, head_y), (x, y) = way
+    middle = ((head_x + x) / 2.0, (head_y + y) / 2.0)
+    at_foot = around(str(lift), (x, y))
+    near = [*at_foot[:4], *around(str(lift), middle)[:4]]
+    return placed.put(near, off_lines=True) or placed.put(near) or placed.put(at_foot)
 
 
 def _prop(sheet: Sheet, prop: dict[str, Any]) -> list[str]:
     """Return a prop from above: a line from head to foot, and a circle where it stands."""
     head, foot = sheet.at(prop["head_m"]), sheet.at(prop["foot_m"])
     words = tip(f"lift {prop['number']}: {prop['type']}")
-    return [line(head, foot, "prop"), element("circle", words, cx=foot[0], cy=foot[1], r=2.5, class_="prop foot")]
+    return [line(head, foot, "prop"), element("circle", words, cx=foot[0], cy=foot[1], r=_FOOT_PX, class_="prop foot")]
 
 
 def _closed(held: Iterable[dict[str, Any]]) -> str:

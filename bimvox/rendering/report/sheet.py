@@ -248,23 +248,32 @@ class Placed:
 
     Args:
         within: The area in which they lie.
+        lines: Lines that some of them keep off, in drawing units.
     """
 
-    def __init__(self, within: _Box) -> None:
+    def __init__(self, within: _Box, lines: Sequence[tuple[tuple[float, float], tuple[float, float]]] = ()) -> None:
         self._within, self._boxes = within, list[_Box]()
+        self._lines = shapely.MultiLineString(list(lines))
         self.labels: list[Label] = []
 
-    def put(self, choices: Sequence[Label], *, needed: bool = False) -> bool:
-        """Add the first of some places that is free and inside; the first of all if it is needed. Return if added."""
-        found = next((one for one in choices if self._is_free(one.box)), choices[0] if needed else None)
+    def put(self, choices: Sequence[Label], *, needed: bool = False, off_lines: bool = False) -> bool:
+        """Add the first of some places that is free and inside; the first of all if it is needed. Return if added.
+
+        ``off_lines``: whether it must keep off the lines.
+        """
+        free = (one for one in choices if self._is_free(one.box) and not (off_lines and self._is_crossed(one.box)))
+        found = next(free, choices[0] if needed else None)
         if found is not None:
             self.labels.append(found)
             self._boxes.append(found.box)
         return found is not None
 
-    def keep_clear(self, label: Label) -> None:
-        """Keep the place of a label that is drawn already."""
-        self._boxes.append(label.box)
+    def keep_clear(self, box: _Box) -> None:
+        """Keep the place of something that is drawn already."""
+        self._boxes.append(box)
+
+    def _is_crossed(self, box: _Box) -> bool:
+        return bool(self._lines.intersects(shapely.box(*box)))
 
     def _is_free(self, box: _Box) -> bool:
         return _inside(box, self._within) and not any(_meet(box, other) for other in self._boxes)
