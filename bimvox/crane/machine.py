@@ -130,6 +130,9 @@ def _differences(crane: TowerCrane, machine: TowerCrane) -> Iterator[Override]:
     if not _same_gears(crane, machine):
         fastest, usual = (max((rate for _, rate in one.gears), default=0.0) for one in (crane, machine))
         yield Override("gears", "gears", f"up to {usual:g} m/s", f"up to {fastest:g} m/s", _by(fastest, usual))
+    if crane.auxiliary is not None and crane.auxiliary != machine.auxiliary:
+        had = "none" if machine.auxiliary is None else "the machine's"
+        yield Override("auxiliary", "auxiliary hook", had, "the site's")
     for key, name, own, wanted in _axes(crane, machine):
         if (found := _axis(key, name, own, wanted)) is not None:
             yield found

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel
+from bimvox.crane.auxiliary import Auxiliary
 from bimvox.crane.carrier import Carrier, Stand
 from bimvox.crane.load_chart import LoadChart
 from bimvox.errors import InputError
@@ -397,6 +398,7 @@ class TowerCrane:
         carrier: How a mobile crane is set up; None if its machine file describes neither outriggers nor sectors. With
             sectors, ``chart`` holds in every direction in which a load may hang.
         stand: How a tower crane stands; None if its machine file does not say.
+        auxiliary: Its second hook; None: it has none, or no part of the site is turned over with it.
     """
 
     name: str
@@ -424,6 +426,7 @@ class TowerCrane:
     foundation_m2: float | None = field(default=None, metadata=SPARSE)
     carrier: Carrier | None = field(default=None, metadata=SPARSE)
     stand: Stand | None = field(default=None, metadata=SPARSE)
+    auxiliary: Auxiliary | None = field(default=None, metadata=SPARSE)
 
     @property
     def highest_hook_m(self) -> float:
@@ -438,5 +441,13 @@ class TowerCrane:
 
     @property
     def tackle_kg(self) -> float:
-        """Mass of hook block and rigging, which hang on the rope in addition to the load."""
-        return self.hook_block_kg + self.rigging_mass_kg
+        """Mass of hook block and rigging, which hang on the rope in addition to the load, with the second hook's block.
+
+        The second one hangs from the same boom in every lift, so the load chart carries it too.
+        """
+        return self.hook_block_kg + self.rigging_mass_kg + self.second_block_kg
+
+    @property
+    def second_block_kg(self) -> float:
+        """Mass of the auxiliary hook's block; 0 if none is fitted."""
+        return self.auxiliary.hook_block_kg if self.auxiliary is not None and self.auxiliary.fitted else 0.0

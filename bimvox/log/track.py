@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 
 from bimvox.motion.swept import cells_of_axes, load_frame
 from bimvox.planning.stacks import from_box_to_origin_m, lying_width_vox
-from bimvox.records.lift import Guide, Lift
+from bimvox.records.lift import Guide, Lift, YardPlace
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.track import LiftTimes, LoadTrack, headings_off_rad
-from bimvox.site.component import StoredPose
+from bimvox.site.component import Component, StoredPose
+from bimvox.site.flip_box import flipped_at_vox, is_flipped
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 
@@ -67,7 +68,9 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
     corner_m = site.frame.corner_of(cells_of_axes(load, axes))
     angle_rad = np.zeros(len(time_ns))
     size_m = site.frame.voxel_size_m
-    if place.pose is not StoredPose.AS_BUILT:
+    if is_flipped(component, place.pose):
+        flipped_m, angle_rad, tipping = _flipped(site, component, place, motion, (time_ns, axes))
+    elif place.pose is not StoredPose.AS_BUILT:
         upright_m = load.zero_height_m + size_m * place.cell_vox[2]
         # At its full height it may be moved to where it is turned.
         tipping = time_ns < motion.start_ns + int(motion.raising.time_ns[-1])
@@ -89,7 +92,9 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
         cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
         corner_m[:, 0] = axis_m[:, 0] + cos * arm_m[0] - sin * arm_m[1]
         corner_m[:, 1] = axis_m[:, 1] + sin * arm_m[0] + cos * arm_m[1]
-    if place.pose is not StoredPose.AS_BUILT:
+    if is_flipped(component, place.pose):
+        corner_m = np.where(tipping[:, None], flipped_m, corner_m)
+    elif place.pose is not StoredPose.AS_BUILT:
         # Tipping holds the lowest corner on the foot side; the corner of the box rises by its width.
         width = lying_width_vox(component, place)
         tipped = site.frame.corner_of(np.repeat(np.array(place.cell_vox)[None], len(time_ns), axis=0))
@@ -107,6 +112,33 @@ def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
         corner_m=corner_m,
         tilt=tilt,
     )
+
+
+def _flipped(
+    site: Site,
+    component: Component,
+    place: YardPlace,
+    motion: LiftMotion,
+    samples: tuple[NDArray[np.int64], NDArray[np.float64]],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Return corners, angles to upright, and whether it is not upright yet, of a part between two hooks.
+
+    ``samples``: (N,) times and (N, 3) axes of its main hook.
+    """
+    (time_ns, axes), size_m = samples, site.frame.voxel_size_m
+    ends_m, lifted_m = float(motion.raising.height_m[-1]), axes[:, 2] - float(motion.raising.height_m[0])
+    rise_m = size_m * place.rise_vox
+    tipping = time_ns < motion.start_ns + int(motion.raising.time_ns[-1])
+    tipping &= axes[:, 2] < ends_m - 1e-9
+    hoist_m = max(ends_m - float(motion.raising.height_m[0]) - rise_m, 1e-9)
+    turned = np.where(tipping, np.clip((lifted_m - rise_m) / hoist_m, 0.0, 1.0), 1.0)
+    angle_rad = np.pi / 2 - np.arcsin(turned)
+    along, up = flipped_at_vox(component, place.pose, place.turn, turned)
+    level = np.clip(lifted_m / rise_m, 0.0, 1.0)
+    box_m = site.frame.corner_of(np.repeat(np.array(place.cell_vox)[None], len(time_ns), axis=0))
+    box_m[:, 0 if place.pose is StoredPose.LYING_X else 1] += size_m * along * level
+    box_m[:, 2] += size_m * up + np.minimum(lifted_m, rise_m)
+    return box_m + from_box_to_origin_m(site, component, place, angle_rad), angle_rad, tipping
 
 
 def _guided(

@@ -25,6 +25,8 @@ from bimvox.records.motion import LiftMotion, PhaseName, Trajectory, quarters_of
 from bimvox.site.collision import NOTHING_CLEARED, CollisionSpace, hook_room, placement_is_free
 from bimvox.site.component import Component, StoredPose, turned_aside
 from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times
+from bimvox.site.default_rules import FlipRules
+from bimvox.site.flip_box import is_flipped
 from bimvox.site.lifting import asked_wind_m_s, permitted_for
 from bimvox.site.site import Rules, Site
 from bimvox.units import NS_PER_S
@@ -197,9 +199,9 @@ def _motion(
         slew_rad = float(approach.slew_rad[-1])
         spans.append((PhaseName.APPROACH, int(approach.time_ns[-1])))
     spans.append((PhaseName.HOOK_ON, round(crew.hook_on_s * NS_PER_S)))
-    raise_timeline = _raising(rigged, empty.load, component, place, hook_on_vox, slew_rad)
+    raise_timeline = _raising(rigged, empty.load, component, place, hook_on_vox, slew_rad, site.rules.two_hooks)
     raising = delayed(sampled(raise_timeline, 0.0, rigged._replace(pendulum=None)), _total(spans))
-    spans.append((PhaseName.RAISE, _length_ns(raising) + round(raised_s(site.rules, place) * NS_PER_S)))
+    spans.append((PhaseName.RAISE, _length_ns(raising) + round(raised_s(site.rules, component, place) * NS_PER_S)))
     spans.append((PhaseName.TURN, round(quarters_of(place.turn) * site.rules.turn_s * NS_PER_S)))
     slew_rad = float(raising.slew_rad[-1])
     timeline, needed_m = drive_lift(site, rigged, carrying, lift, slew_rad)
@@ -243,8 +245,13 @@ def _permitted(site: Site, lift: Lift, motion: LiftMotion) -> LiftMotion:
     return motion
 
 
-def raised_s(rules: Rules, place: YardPlace) -> float:
-    """Return how long the crew takes while a part is raised: for the trial lift, and to upend it if it lies."""
+def raised_s(rules: Rules, component: Component, place: YardPlace) -> float:
+    """Return how long the crew takes while a part is raised: for the trial lift, and to upend it if it lies.
+
+    Between two hooks it is turned while the crane hoists; then the crew takes the auxiliary hook off.
+    """
+    if rules.two_hooks is not None and is_flipped(component, place.pose):
+        return TRIAL_LIFT_S + rules.two_hooks.unhook_s
     return TRIAL_LIFT_S + (rules.upend_s if place.is_upended else 0.0)
 
 
@@ -313,14 +320,16 @@ def hook_on_at(component: Component, place: YardPlace, space: CollisionSpace) ->
 
     That is above its centre of mass. A part that lies is hooked at its head, the end away from its foot, and upended.
     If the hook may not be over the head, or anywhere between head and foot (reach, rope, zones), the part is hooked
-    over its foot.
+    over its foot. Between two hooks, the main one holds its head, above which it ends upright.
     """
     x, y, z = place.cell_vox
     size_x, size_y, size_z = place.shape.size_vox
     foot = np.add(place.transit_start_vox, component.hook_offset_vox).astype(np.int32)
     foot[2] = z + size_z + component.lifting.sling_rise_vox
     head = foot.copy()
-    if place.pose is StoredPose.LYING_X:
+    if is_flipped(component, place.pose):
+        pass
+    elif place.pose is StoredPose.LYING_X:
         head[0] = x + size_x - 1
     elif place.pose is StoredPose.LYING_Y:
         head[1] = y + size_y - 1
@@ -360,8 +369,11 @@ def _raising(
     place: YardPlace,
     hook_on_vox: NDArray[np.float64],
     slew_rad: float,
+    two_hooks: FlipRules | None,
 ) -> Timeline:
     """Return the moves that upend a lying part about its foot and lift it straight up to the transit start.
+
+    Between two hooks it is lifted level first, and turned over by hoisting its head.
 
     A part that is turned afterwards about its hook, onto whole cells, is first moved to where its hook is then.
     """
@@ -377,6 +389,9 @@ def _raising(
     if (hook_on_vox[:2] == foot[:2]).all():
         raised = replace(start, height_m=end.height_m)
         moves = [Move(start, raised)]
+        if two_hooks is not None and is_flipped(component, place.pose):
+            level = replace(start, height_m=start.height_m + place.rise_vox * hook.voxel_size_m)
+            moves = [Move(start, level), Move(level, raised, least_s=two_hooks.turn_s)]
     else:
         upright = replace(raised, height_m=end.height_m - place.rise_vox * hook.voxel_size_m)
         moves = [Move(start, upright, Line.ARC), Move(upright, raised)]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.planning.beside import Apart, column_of, departing, turning, upending
+from bimvox.planning.flip import flip_refused, most_used
 from bimvox.planning.insertion import (
     SIDEWAYS_VOX,
     Insertion,
@@ -163,6 +164,10 @@ class Assembly:
             reason += f", with {yard.gap_m:g} m around it for the slinger ([yard] gap_m)"
         if (crane := self._site.crane_of(component)) is not None:
             reason += f": {carried_where(self._site, crane, component)}"
+            if component.flip_rise_vox and crane.auxiliary is not None:
+                reason += (
+                    f"; between two hooks, {100.0 * most_used(self._site, crane):g} % of each capacity is permitted"
+                )
         return Obstacle(reason)
 
     def _clearances(self) -> tuple[Kept, ...]:
@@ -210,6 +215,8 @@ class Assembly:
     def _stage(
         self, component: Component, place: YardPlace, kept: Kept, avoided: tuple[Insertion, ...]
     ) -> Stage | Obstacle:
+        if (refused := flip_refused(self._site, component, place)) is not None:
+            return Obstacle(refused)
         space = self._free(component, place)
         apart = self._kept_in_yard(component, place, kept)
         if isinstance(apart, Obstacle):

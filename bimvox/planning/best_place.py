@@ -15,16 +15,15 @@ from numpy.typing import NDArray
 from bimvox.compiled import kernel
 from bimvox.crane.kinematics import Axes
 from bimvox.crane.travel import AcrossTables, Travel, across_of
+from bimvox.planning.flip import flip_columns
 from bimvox.site.collision import HOOK_FORBIDDEN, hook_room
 from bimvox.site.component import (
     Component,
     IntVec,
     StoredPose,
-    erection_size_vox,
-    turned_hook,
-    turned_shape,
     turning_columns,
 )
+from bimvox.site.flip_box import hook_at_vox, raised_size_vox
 from bimvox.site.site import Site
 
 SAME_S = 2.0
@@ -128,18 +127,20 @@ class BestPlace:
         """
         if not lyings:
             return None
-        site, shape, crane = self._site, component.shape, self._site.crane_of(component)
+        site, crane = self._site, self._site.crane_of(component)
         share = clearance.most_used
         upright = hook_room(site, crane, self._flat, component, most_used=share).floor < HOOK_FORBIDDEN
+        if component.flip_rise_vox and crane is not None:
+            upright &= flip_columns(site, crane, component)
         for pose, turn in lyings:
             hook = upright
             if turn:
                 turned = hook_room(site, crane, self._flat, component, turn, most_used=share).floor
                 hook = upright & (turned < HOOK_FORBIDDEN)
-            size_x, size_y, size_z = erection_size_vox(turned_shape(shape, turn), pose)
+            size_x, size_y, size_z = raised_size_vox(component, pose, turn)
             if self._floor + size_z > site.shape[2]:
                 continue
-            offset = turned_hook(shape, component.hook_offset_vox, turn)[:2]
+            offset = hook_at_vox(component, pose, turn)
             corners, around = self._room(component, offset, turn, clearance)
             x, y = _best(
                 free,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from bimvox.env.actions import MOVES
 from bimvox.grid.bricks import distinct
 from bimvox.planning.assembly import Assembly
+from bimvox.planning.flip import flip_of
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
 from bimvox.planning.stage import Obstacle, Propose, ProposedGreedily, Stage, turning_stage
 from bimvox.records.lift import Lift, Method, Status, YardPlace
@@ -142,6 +143,7 @@ def searched_at(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, be
         contact_moves=stage.insertion.moves,
         guide=stage.insertion.guide,
         with_jib=stage.is_turning,
+        flip=flip_of(assembly.site, stage.component, stage.place),
     ).keeping(stage.kept)
 
 

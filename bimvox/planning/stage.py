@@ -13,6 +13,7 @@ from bimvox.crane.load_chart import capacity_kg, wind_force_n
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.sectors import NO_LOAD, sectors_of
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.planning.flip import no_second_hook
 from bimvox.planning.insertion import Insertion
 from bimvox.records.lift import YardPlace
 from bimvox.site.checks import unloading_columns
@@ -204,7 +205,10 @@ def refused_by_crane(site: Site, component: Component) -> str | None:
         return None
     if component.lifting.no_gear:
         return f"no gear serves its {mass_text(component.mass_kg)}: {component.lifting.no_gear}"
-    reasons = {one.name: _by_wind(site, one, component) or _by_radius(site, one, component) for one in site.cranes}
+    reasons = {
+        one.name: _by_wind(site, one, component) or _by_radius(site, one, component) or _by_hooks(one, component)
+        for one in site.cranes
+    }
     if reasons[crane.name] is None:
         return _by_access(site, crane, component)
     if not site.has_several_cranes:
@@ -255,6 +259,10 @@ def _by_wind(site: Site, crane: TowerCrane, component: Component) -> str | None:
         f"its sail area of {area:.1f} m2 (drag {drag:g}, {mass_text(component.mass_kg)}) permits a wind speed of "
         f"{permitted:.1f} m/s; at the site's {wind:g} m/s the wind force is {force_kn:.1f} kN"
     )
+
+
+def _by_hooks(crane: TowerCrane, component: Component) -> str | None:
+    return no_second_hook(crane) if component.flip_rise_vox and crane.auxiliary is None else None
 
 
 def _by_radius(site: Site, crane: TowerCrane, component: Component) -> str | None:

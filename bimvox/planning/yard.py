@@ -39,8 +39,9 @@ from bimvox.planning.stacks import Racks, Rectangle, Stacks, Taken, is_racked, i
 from bimvox.records.lift import YardPlace, yard_place
 from bimvox.records.unloading import Lorries, fewest_lorries
 from bimvox.site.collision import clearance_vox, hook_room, levels_vox, margin_vox
-from bimvox.site.component import Component, IntVec, StoredPose, erection_size_vox, turned_shape
+from bimvox.site.component import Component, IntVec, StoredPose
 from bimvox.site.default_rules import HEADROOM_M, NOTHING_KEPT
+from bimvox.site.flip_box import raised_size_vox
 from bimvox.site.lifting import shares_to_try
 from bimvox.site.means import Means
 from bimvox.site.site import HeadingRule, Site
@@ -360,7 +361,7 @@ def _raised(
     ceiling = hook_room(site, site.crane_of(component), np.zeros_like(near), component, place.turn).ceiling
     for aside in asides:
         top = int(highest_around(near, aside)[tuple(columns.T)].max(initial=0)) + aside
-        raised = replace(place, rise_vox=max(1, top - place.cell_vox[2]))
+        raised = replace(place, rise_vox=max(place.rise_vox, top - place.cell_vox[2]))
         foot = np.add(raised.transit_start_vox, component.hook_offset_vox)
         inside = raised.transit_start_vox[2] + component.shape.size_vox[2] <= site.shape[2]
         if aside == asides[-1] or (inside and (not ceiling.size or foot[2] <= ceiling[foot[0], foot[1]])):
@@ -449,7 +450,7 @@ def _without_given(site: Site, empty: NDArray[np.bool_], given: list[int]) -> ND
 
 
 def _footprint(component: Component, pose: StoredPose, turn: int) -> tuple[int, int]:
-    size_x, size_y, _ = erection_size_vox(turned_shape(component.shape, turn), pose)
+    size_x, size_y, _ = raised_size_vox(component, pose, turn)
     return size_x, size_y
 
 

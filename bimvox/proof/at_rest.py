@@ -10,11 +10,10 @@ from scipy.ndimage import maximum_filter
 
 from bimvox.proof.clearance import nearest, reach_vox
 from bimvox.proof.moment import NO_SOLID, Thing, beside
-from bimvox.proof.site_rules import turning_circle
+from bimvox.proof.site_rules import raised_box_vox, turning_circle
 from bimvox.proof.space import whole_cells
 from bimvox.records.lift import Lift
 from bimvox.records.proof import Check
-from bimvox.site.component import erection_size_vox, turned_shape
 from bimvox.site.default_rules import REST_ZONE_M
 from bimvox.site.site import Site
 
@@ -28,11 +27,9 @@ def check_yard_margin(check: Check, site: Site, lift: Lift, present: Sequence[Th
     assert place is not None
     if not place.is_upended and not place.turn:
         return
-    low = np.array(place.cell_vox)
     if place.is_upended:
         kept = reach_vox(site, "upending_clearance_m", lift)
-        size = np.array(erection_size_vox(turned_shape(component.shape, place.turn), place.pose))
-        size[2] += place.rise_vox - 1
+        low, size = raised_box_vox(component, place)
         for thing in _around(present, low - kept, low + size - 1 + kept):
             cells = _above_ground(site, thing)
             hit = ((cells >= low - kept) & (cells < low + size + kept)).all(axis=1) & (cells[:, 2] >= low[2])

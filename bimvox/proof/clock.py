@@ -66,6 +66,31 @@ def check_durations(
         )
 
 
+def check_turned_over(check: Check, name: str, rules: Rules, motion: LiftMotion, rise_m: float | None) -> None:
+    """Check that a part is turned over between two hooks as slowly as the rules ask, and the second hook taken off.
+
+    ``rise_m``: how far it is lifted level before; None: it is not turned over so.
+    """
+    if rise_m is None or rules.two_hooks is None:
+        return
+    time_ns, height_m = motion.raising.time_ns, motion.raising.height_m
+    level = np.flatnonzero(height_m <= height_m[0] + rise_m + _STILL)
+    upright = int(np.argmax(height_m >= height_m.max() - _STILL))
+    turns_s = float(time_ns[upright] - time_ns[level[-1]]) / 1e9
+    check.look(
+        turns_s >= rules.two_hooks.turn_s - _LATE_S,
+        f"{name}: is turned over between two hooks in {turns_s:.1f} s; the rules ask for {rules.two_hooks.turn_s:g} s",
+    )
+    stands_ns = sum(p.end_ns - p.start_ns for p in motion.phases if p.name is PhaseName.RAISE)
+    stands_s = (stands_ns - int(time_ns[-1] - time_ns[0])) / 1e9
+    asked_s = _TRIAL_LIFT_S + rules.two_hooks.unhook_s
+    check.look(
+        stands_s >= asked_s - 1e-6,
+        f"{name}: the trial lift, and taking the auxiliary hook off, take {stands_s:.6g} s; the rules ask for "
+        f"{asked_s:g} s",
+    )
+
+
 def _asked_s(rules: Rules, component: Component, *, tag_lines: bool) -> tuple[float, float, float]:
     """Return what the rules ask for hooking on, setting and releasing a part, seconds.
 

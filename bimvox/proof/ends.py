@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.proof.flip import is_turned_over
 from bimvox.proof.moment import Moment
 from bimvox.proof.space import hits, reference_cells, whole_cells
-from bimvox.records.lift import Lift
+from bimvox.records.lift import Lift, YardPlace
 from bimvox.records.motion import LiftMotion, PhaseName, quarters_of
 from bimvox.records.proof import Check
 from bimvox.site.component import Component, IntVec, StoredPose
@@ -119,6 +120,8 @@ def _check_hooked_on(
     low_m = site.frame.corner_of(place.cell_vox)
     high_m = site.frame.corner_of(np.array(place.cell_vox) + place.shape.size_vox)
     over = bool((foot_m[:2] >= low_m[:2] - _SAME_M).all() and (foot_m[:2] <= high_m[:2] + _SAME_M).all())
+    if is_turned_over(component, place):
+        over = _is_above_head(site, crane, component, place, axes)
     check.look(
         over and abs(float(foot_m[2] - high_m[2])) <= _SAME_M,
         f"{name}: is hooked on at {_text(foot_m)}, but its top in the yard is {_text(low_m)} to {_text(high_m)}",
@@ -137,6 +140,25 @@ def _check_hooked_on(
         low = hook_m[:, 2] < hook_m[-1, 2] - _SAME_M
         gone_m = float(np.hypot(*(hook_m[low, :2] - hook_m[0, :2]).T).max(initial=0.0))
         check.look(gone_m <= _SAME_M, f"{name}: moves sideways by {gone_m:.3f} m while it is raised to be turned")
+
+
+def _is_above_head(
+    site: Site, crane: TowerCrane, component: Component, place: YardPlace, axes: NDArray[np.float64]
+) -> bool:
+    """Return whether the main hook goes straight up above a part's head until it hangs upright, below its middle.
+
+    As it is lifted, the part moves under the hook by its thickness at most.
+    """
+    hook_m = hook_of(crane, *axes.T)
+    rising = hook_m[:, 2] < hook_m[-1, 2] - _SAME_M
+    straight = bool((np.hypot(*(hook_m[rising, :2] - hook_m[0, :2]).T) <= _SAME_M).all())
+    axis = 0 if place.pose is StoredPose.LYING_X else 1
+    low_m, high_m = (
+        site.frame.corner_of(np.array(place.cell_vox) + np.array(size)) for size in ((0, 0, 0), place.shape.size_vox)
+    )
+    slack_m = float(high_m[2] - low_m[2]) + site.frame.voxel_size_m
+    along = abs(float(hook_m[0, axis] - high_m[axis])) <= slack_m
+    return straight and along and low_m[1 - axis] - _SAME_M <= hook_m[0, 1 - axis] <= high_m[1 - axis] + _SAME_M
 
 
 def _hook_over(site: Site, crane: TowerCrane, component: Component, cell_vox: IntVec) -> NDArray[np.float64]:

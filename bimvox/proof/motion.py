@@ -20,7 +20,7 @@ import numpy as np
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.clearance import MOTION_MARGIN, Clearances, TransitProof
-from bimvox.proof.clock import check_durations, check_phase_names
+from bimvox.proof.clock import check_durations, check_phase_names, check_turned_over
 from bimvox.proof.crane.axes import (
     check_capacity,
     check_limits,
@@ -32,12 +32,13 @@ from bimvox.proof.crane.axes import (
 )
 from bimvox.proof.crane.separation import check_cranes, check_turns
 from bimvox.proof.ends import check_ends
+from bimvox.proof.flip import is_turned_over
 from bimvox.proof.guided import check_heading
 from bimvox.proof.hook import Between, HookProof, Turn
 from bimvox.proof.load import LoadProof
 from bimvox.proof.moment import Moment, Standing
 from bimvox.proof.plan import LiftProofs, triangles_of
-from bimvox.proof.rigging import rigging_kg
+from bimvox.proof.rigging import rigging_kg, second_block_kg
 from bimvox.proof.space import ALWAYS_NS, RawCells
 from bimvox.proof.swing import SwingProof, check_gust
 from bimvox.records.lift import Lift, LiftPlan, Status
@@ -239,7 +240,11 @@ class _Verifier(LiftProofs[_Driven]):
         tag_lines, timeline = not moment.lift.ever_with_jib, self.checks["timeline"]
         place = moment.lift.place
         lies = place is not None and place.is_upended
+        rise_m = None
+        if place is not None and is_turned_over(component, place):
+            rise_m, lies = self.site.frame.voxel_size_m * place.rise_vox, False
         check_durations(timeline, name, self.site.rules, component, motion, tag_lines=tag_lines, lies=lies)
+        check_turned_over(timeline, name, self.site.rules, motion, rise_m)
         check_heading(timeline, name, self.site, crane, moment.lift, component, motion)
         check_phase_names(timeline, name, motion)
         check_ends(self.checks["ends"], name, self.site, crane, moment, motion, before)
@@ -321,7 +326,7 @@ class _Verifier(LiftProofs[_Driven]):
         check_range(self.checks["axis_range"], name, crane, motion.samples()[1], self.site.frame)
         ends = ((motion.raising, 0), (motion.loaded, 0), (motion.loaded, -1))
         ends_rad, ends_m = (np.array([getattr(one, key)[n] for one, n in ends]) for key in ("slew_rad", "radius_m"))
-        hung = mass_kg + crane.rigging_mass_kg + crane.hook_block_kg
+        hung = mass_kg + crane.rigging_mass_kg + crane.hook_block_kg + second_block_kg(crane)
         most_used = most_permitted(self.site, shares_of_capacity(crane, ends_rad, ends_m, hung).tolist())
         masses = {id(motion.approach): 0.0, id(motion.departure): 0.0}
         for what, part in (

@@ -20,9 +20,10 @@ from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.clearance import Clearances, nearest, reach_vox
 from bimvox.proof.crane.axes import most_permitted, shares_of_capacity
 from bimvox.proof.ends import gate_of
+from bimvox.proof.flip import FLIP, check_flip
 from bimvox.proof.guided import cells_at_any_heading, check_guide, check_rule, turning_placements
 from bimvox.proof.moment import Standing, Thing, beside, cells_in_common, near_and_far, passed_by
-from bimvox.proof.rigging import check_rigging, check_slings, rigging_kg
+from bimvox.proof.rigging import check_rigging, check_slings, rigging_kg, second_block_kg
 from bimvox.proof.shape import check_mass, check_shape, check_structure
 from bimvox.proof.site_rules import (
     asks_for_wind,
@@ -204,6 +205,8 @@ class _Verifier(LiftProofs[int]):
             self.checks["wind"] = Check("wind", unit="share of permitted wind")
         if rules.yard is not None or any(lift.place is not None and lift.place.stack for lift in self.lifts):
             self.checks |= {"gap": Check("gap"), "stacks": Check("stacks")}
+        if any(part.flip_rise_vox for part in site.components) or any(lift.flip is not None for lift in self.lifts):
+            self.checks[FLIP] = Check(FLIP, unit="share of capacity")
         self.racks: dict[tuple[int, int], list[str]] = {}
         for lift in self.lifts:
             if (rack := rack_of(lift)) is not None:
@@ -298,6 +301,8 @@ class _Verifier(LiftProofs[int]):
         if not self._resumes(lift):  # otherwise it left the yard on another path, which is proven separately
             check_place(self.checks["yard"], self.site, component, place, present)
             check_unloading(self.checks["yard"], self.site, lift)
+            if FLIP in self.checks:
+                check_flip(self.checks[FLIP], self.site, lift, component, place)
             if YARD_MARGIN in self.checks:
                 check_yard_margin(self.checks[YARD_MARGIN], self.site, lift, present)
             if "stacks" in self.checks:
@@ -473,7 +478,7 @@ class _Verifier(LiftProofs[int]):
             check_no_load(reach, site, component.id, cells_at_any_heading(component), turning)
         if "wind" in self.checks:
             check_wind(self.checks["wind"], site, crane, component)
-        load_kg = component.mass_kg + crane.hook_block_kg + rigging_kg(crane, component)
+        load_kg = component.mass_kg + crane.hook_block_kg + rigging_kg(crane, component) + second_block_kg(crane)
         used = shares_of_capacity(crane, slew_rad, radius_m, load_kg)
         share = float(used.max())
         furthest_m = float(radius_m[used == share].max())

@@ -60,6 +60,11 @@ def rigging_kg(crane: TowerCrane, component: Component) -> float:
     return crane.rigging_mass_kg if rig is None else float(sum(part.count * part.mass_kg for part in rig.parts))
 
 
+def second_block_kg(crane: TowerCrane) -> float:
+    """Return the mass of the block of an auxiliary hook, which hangs from the boom in every lift."""
+    return 0.0 if crane.auxiliary is None else crane.auxiliary.hook_block_kg
+
+
 def check_rigging(check: Check, site: Site, component: Component, chosen: frozenset[int]) -> None:
     """Check the gear of a part that is lifted.
 

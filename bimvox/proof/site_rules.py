@@ -15,6 +15,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.kept import kept
 from bimvox.proof.bodies.solid import point_numbers
 from bimvox.proof.clearance import nearest_to_rope
+from bimvox.proof.flip import is_turned_over, swept_vox
 from bimvox.proof.moment import Thing, beside
 from bimvox.proof.rigging import rigging_kg
 from bimvox.proof.space import whole_cells
@@ -262,9 +263,7 @@ def check_place(check: Check, site: Site, component: Component, place: YardPlace
     else:
         check.look(bool(site.yard[tuple(cells[:, :2].T)].all()), f"{component.id}: stored outside the yard")
     _check_stored(check, component, place)
-    size = np.array(erection_size_vox(turned_shape(component.shape, place.turn), place.pose))
-    size[2] += place.rise_vox - 1
-    low = np.array(place.cell_vox)
+    low, size = raised_box_vox(component, place)
     raised = "erected" if place.pose is not StoredPose.AS_BUILT else "raised"
     first, last = low.tolist(), (low + size - 1).tolist()
     close = beside(present, first, last)
@@ -275,10 +274,21 @@ def check_place(check: Check, site: Site, component: Component, place: YardPlace
     _check_turning(check, site, component, place, present)
 
 
+def raised_box_vox(component: Component, place: YardPlace) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the lowest cell and the size of the box that a part sweeps while it is raised in the yard."""
+    if is_turned_over(component, place):
+        low, high = swept_vox(component, place)
+        return low, high - low
+    size = np.array(erection_size_vox(turned_shape(component.shape, place.turn), place.pose))
+    size[2] += place.rise_vox - 1
+    return np.array(place.cell_vox), size
+
+
 def _check_turning(check: Check, site: Site, component: Component, place: YardPlace, present: Sequence[Thing]) -> None:
     """Check that the upright, raised part turns freely about its hook: in its corners' circle, at its height."""
+    over = is_turned_over(component, place)
     check.look(
-        place.rise_vox == 1 or place.turn != 0,
+        place.rise_vox == 1 or place.turn != 0 or over,
         f"{component.id}: is raised by {place.rise_vox} cells, yet not turned",
     )
     if place.turn == 0:
@@ -287,6 +297,8 @@ def _check_turning(check: Check, site: Site, component: Component, place: YardPl
     centre, radius = turning_circle(component, place)
     lies = np.array(place.cell_vox[:2]) + turned_hook(shape, hook, place.turn)[:2]
     axis = np.array(place.transit_start_vox[:2]) + hook[:2]
+    if over:  # it is upright under its head, further along the axis that it lies along
+        lies[0 if place.pose is StoredPose.LYING_X else 1] = axis[0 if place.pose is StoredPose.LYING_X else 1]
     check.look(bool((lies == axis).all()), f"{component.id}: does not turn about its hook")
     low = place.cell_vox[2] + place.rise_vox
     high = low + int(shape.cells[:, 2].max()) + 1

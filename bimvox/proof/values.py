@@ -193,6 +193,12 @@ _YARD = {
     "rack_depth": _Range(0.0, 2.0),
     "lorries": _Range(1.0, 20.0),
 }
+_TWO_HOOKS = {
+    "clear_m": _Range(0.0, _FAR_M),
+    "most_share": _Range(0.0, 1.0, with_low=False),
+    "turn_s": _Range(0.0, _DAY_S),
+    "unhook_s": _Range(0.0, _DAY_S),
+}
 _CRANE = {
     "mast_size_m": _Range(0.0, 100.0, with_low=False),
     "jib_height_m": _Range(0.0, 1e3, with_low=False),
@@ -338,6 +344,9 @@ def _check_rules(check: Check, rules: Rules) -> None:
         for key in fields(own):
             _within(check, f"site.rules.times.{work.name}.{key.name}", getattr(own, key.name), _Range(0.0, _DAY_S))
 
+    if rules.two_hooks is not None:
+        for key in fields(rules.two_hooks):
+            _within(check, f"site.rules.two_hooks.{key.name}", getattr(rules.two_hooks, key.name), _TWO_HOOKS[key.name])
     if rules.yard is not None:
         for limit, most in _YARD.items():
             _within(check, f"site.rules.yard.{limit}", getattr(rules.yard, limit), most)
@@ -368,6 +377,11 @@ def _check_crane(check: Check, crane: TowerCrane) -> None:
         _within(check, f"{where}: {key}", getattr(crane, key), good)
     if crane.foundation_m2 is not None:
         _within(check, f"{where}: foundation_m2", crane.foundation_m2, _FOUNDATION_M2)
+    if (hook := crane.auxiliary) is not None:
+        numbers = (hook.hook_block_kg, hook.ahead_m, hook.most_share or 0.0)
+        _finite(check, f"{where}: auxiliary", numbers, most=_HEAVY_KG)
+        _within(check, f"{where}: auxiliary.hook_block_kg", hook.hook_block_kg, _Range(0.0, _HEAVY_KG))
+        _check_chart(check, f"{where}: auxiliary", zip(hook.chart.radius_m, hook.chart.capacity_kg, strict=True))
     if crane.stand is not None:
         own = (crane.stand.edge_m, crane.stand.ballast_kg, crane.stand.free_standing_m, crane.stand.mass_kg)
         _finite(check, f"{where}: stand", [one or 0.0 for one in own], most=_HEAVY_KG)
@@ -427,6 +441,7 @@ def _check_component(check: Check, component: Component, name: str, most_kg: flo
     _within(check, f"{name}: mass_kg", component.mass_kg, _Range(0.0, most_kg, with_low=False))
     _within(check, f"{name}: sail_area_m2", component.sail_area_m2, _Range(0.0, 1e6))
     _within(check, f"{name}: lifting.sling_rise_vox", component.lifting.sling_rise_vox, _Range(0.0, 1e5))
+    _within(check, f"{name}: flip_rise_vox", component.flip_rise_vox, _Range(0.0, 1e5))
     _finite(check, f"{name}: target_vox", component.target_vox, most=_FAR_VOX)
     _finite(check, f"{name}: hook_offset_vox", component.hook_offset_vox, most=_FAR_VOX)
     _finite(check, f"{name}: start_vox", component.start_vox or (), most=_FAR_VOX)
@@ -464,6 +479,9 @@ def _check_lift(check: Check, lift: Lift, name: str) -> None:
         _finite(check, f"{name}: guide.poses", lift.guide.poses, most=_FAR_M)
         _finite(check, f"{name}: guide.centre_m", lift.guide.centre_m, most=_FAR_M)
         _within(check, f"{name}: guide.heading_rad", lift.guide.heading_rad, _Range(-10.0, 10.0))
+    if (flip := lift.flip) is not None:
+        own = (*flip.main_m, *flip.auxiliary_m, *flip.angle_deg, *flip.main_kg, *flip.auxiliary_kg)
+        _finite(check, f"{name}: flip", (*own, flip.used, flip.radius_m, flip.clear_m, flip.lean_rad), most=_HEAVY_KG)
     for rule, own_m in lift.kept._asdict().items():
         if own_m is not None:
             _within(check, f"{name}: {rule}", own_m, _Range(0.0, _FAR_M))

@@ -11,18 +11,17 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.records.flip import Flip
 from bimvox.site.component import (
     Component,
     IntVec,
     Shape,
     StoredPose,
-    erection_size_vox,
     stored_shape,
-    turned_hook,
-    turned_shape,
     turning_columns,
 )
 from bimvox.site.default_rules import Kept
+from bimvox.site.flip_box import hook_at_vox, is_flipped, raised_size_vox
 from bimvox.site.site import Blocker, Site
 from bimvox.sparse import SPARSE
 
@@ -193,7 +192,8 @@ class YardPlace:
         shape: Its shape in that pose.
         cell_vox: Reference cell of that shape.
         turn: Its rotation in quarter turns, counter-clockwise.
-        rise_vox: How far it is raised before it is turned or, if it is not turned, before transit.
+        rise_vox: How far it is raised before it is turned or, if it is not turned, before transit. Between two hooks,
+            it is lifted as far before it is turned over.
         shift_vox: Reference cell of the part in its final orientation, in plan, relative to ``cell_vox``.
         stack: Number of its stack in its delivery, from 1; 0 if it lies alone.
         rack: Number of its rack in its delivery, from 1; 0 if it stands in none. Below zero, the rack's frame is on the
@@ -228,7 +228,7 @@ class YardPlace:
 
     def raising_size_vox(self, component: Component) -> IntVec:
         """Box, from ``cell_vox`` up, that the component sweeps until it is raised; turning follows."""
-        x, y, z = erection_size_vox(turned_shape(component.shape, self.turn), self.pose)
+        x, y, z = raised_size_vox(component, self.pose, self.turn)
         return (x, y, z + self.rise_vox - 1)
 
     def turning_cells(self, component: Component) -> NDArray[np.int32]:
@@ -261,8 +261,10 @@ def yard_place(
 ) -> YardPlace:
     """Return the place of a component at a cell, in a pose and turned by quarters."""
     hook = component.hook_offset_vox
-    turned = turned_hook(component.shape, hook, turn)
-    shift = (turned[0] - hook[0], turned[1] - hook[1])
+    upright = hook_at_vox(component, pose, turn)
+    shift = (upright[0] - hook[0], upright[1] - hook[1])
+    if is_flipped(component, pose):
+        rise_vox = max(rise_vox, component.flip_rise_vox)
     shape = stored_shape(component.shape, pose, turn)
     return YardPlace(delivery, pose, shape, cell_vox, turn % 4, rise_vox, shift, stack, rack)
 
@@ -318,6 +320,7 @@ class Lift:
         turning_clearance_m: The same while its part is turned in the yard.
         with_jib: Whether the load turns with the jib up to its last moves, which then lead straight down. Before them
             it is turned to its final heading, by tag line. Otherwise tag lines keep its heading.
+        flip: How it is turned over between two hooks in the yard; None if it is not.
     """
 
     component: int
@@ -335,6 +338,7 @@ class Lift:
     guide: Guide | None = field(default=None, metadata=SPARSE)
     clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
     with_jib: bool = field(default=False, repr=False, metadata=SPARSE)
+    flip: Flip | None = field(default=None, repr=False, metadata=SPARSE)
     rope_clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
     departure_clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
     approach_clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)

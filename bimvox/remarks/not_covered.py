@@ -115,7 +115,10 @@ def _tandem(subject: Subject) -> _Here:
 
 
 def _upended(subject: Subject) -> _Here:
-    parts = _parts(subject, (lift for lift in subject.lifts if lift.place is not None and lift.place.is_upended))
+    lying = [lift for lift in subject.lifts if lift.place is not None and lift.place.is_upended and lift.flip is None]
+    parts = _parts(subject, lying)
+    if not parts and any(lift.flip is not None for lift in subject.lifts):
+        return "Here: every part that lies is turned over between two hooks, and its shares are proven."
     takes = f"in {subject.site.rules.upend_s:g} s besides the crane's motion"
     return _about(parts, f"part is upended, {takes}", f"parts are upended, each {takes}")
 

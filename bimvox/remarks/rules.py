@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from math import degrees, pi
+from math import degrees, pi, radians
 
 from bimvox.errors import listed
 from bimvox.motion.figures import wind_limits
@@ -36,6 +36,8 @@ LEAST_HOURS_M3, LEAST_WAIT_H, MOST_PEOPLE = 1.0, 12.0, 50.0
 (professional judgement)."""
 MOST_SLING_ANGLE_RAD = pi / 2.0
 """Two legs of a sling that spread by more carry, together, more than 1.4 times the weight."""
+MOST_LEAN_RAD = radians(4.0)
+"""Usual largest angle at which a rope runs onto a sheave (professional judgement)."""
 LEAST_DRAG = 1.1
 """Of a cube; long parts and plates have more."""
 
@@ -75,7 +77,7 @@ def _kept_less(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every lift that keeps less than the rules, which give way, or has no room to turn."""
     site, own = subject.site, subject.site.rules
     planned = [lift for lift in subject.plan.lifts if lift.status is Status.PLANNED]
-    kept = {lift.component: lift.kept for lift in planned}
+    kept, flips = ({lift.component: getattr(lift, key) for lift in planned} for key in ("kept", "flip"))
     limits = wind_limits(subject.motions)
     kept_headings = {lift.component for lift in planned if not lift.ever_with_jib}
     for component in subject.lifted:
@@ -90,6 +92,9 @@ def _kept_less(subject: Subject) -> Iterator[Remark]:
             yield row(component, kept=said)
         if own.heading is HeadingRule.WITH_JIB and component.index in kept_headings:
             yield table.KEPT_HEADING(component)
+        flip = flips.get(component.index)
+        if flip is not None and flip.lean_rad > MOST_LEAN_RAD:
+            yield table.FLIP_LEANS(component, lean=degrees(flip.lean_rad))
         kept_m = own.kept_m("transit_clearance_m", less)
         yield from _less_wind(site, component, kept_m, limits.get(component.index))
 

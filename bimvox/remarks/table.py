@@ -157,6 +157,9 @@ EDGE_ON_WIND = Row("low_wind", _SERIOUS,
     "two tag lines turn to the wind")
 BELOW_LEAST_CLEAR = Row("low_wind", _SERIOUS,
     _LEAST_WIND + "wait for such a day, or give its way more room (rules.transit_clearance_m)")
+FLIP_LEANS = Row("two_hooks", _MINOR,
+    "is turned over between two hooks whose ropes lean by up to {lean:.1f} degrees: ask the crane's maker whether both "
+    "hooks may carry one load so, or hold it on a longer beam")
 CREW_TIMES = Row("crew_times", _MINOR,
     "{sling:g} s to attach the slings, {brace:g} s to align and brace a part and {release:g} s to take its slings "
     "off are too short for a crew")

@@ -28,9 +28,10 @@ from bimvox.site.checks import (
 )
 from bimvox.site.component import Component, IntVec, frozen
 from bimvox.site.config.gear_file import gear_by_crane
-from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.config.site_config import ComponentConfig, SiteConfig
 from bimvox.site.crew_times import FIELD_TIMES
 from bimvox.site.demand import means_by
+from bimvox.site.flip_box import rise_to_flip_vox
 from bimvox.site.ground import (
     Ground,
     cranes_on_ground,
@@ -192,7 +193,8 @@ def _sorted_out(config: SiteConfig, model: PlacedModel) -> tuple[list[Component]
         if element.id in means:
             check_component(config, element, cells, frame, model.shape)
             entry, number = entries.get(element.id), len(components)
-            components.append(component_of(number, element, cells, entry, frame, hints[element.id], means[element.id]))
+            part = component_of(number, element, cells, entry, frame, hints[element.id], means[element.id])
+            components.append(_flipped(config, part, entry, frame.voxel_size_m))
         elif element.role in BUILT:
             if len(cells):
                 structure.append(
@@ -203,6 +205,15 @@ def _sorted_out(config: SiteConfig, model: PlacedModel) -> tuple[list[Component]
     if (programme := config.programme) is not None and config.sequence.schedule:
         notes += programme.notes_about(lifted)
     return components, structure, notes
+
+
+def _flipped(config: SiteConfig, part: Component, entry: ComponentConfig | None, voxel_size_m: float) -> Component:
+    """Return a part with how far it is lifted before it is turned over between two hooks, if the site file asks."""
+    rules = config.rules_in_force.two_hooks
+    asked = (entry.flip if entry is not None else None) or config.rules.flip
+    if rules is None or asked != "two_hooks" or not part.erected:
+        return part
+    return replace(part, flip_rise_vox=rise_to_flip_vox(part, rules, voxel_size_m))
 
 
 def _masts(
@@ -336,6 +347,7 @@ def _with_fixed_digests(site: Site) -> Site:
             crane_separation_m=Rules().crane_separation_m,
             yard=None,
             props=None,
+            two_hooks=None,
         ),
     )
     fixed = digest_of(
@@ -361,6 +373,7 @@ def _with_fixed_digests(site: Site) -> Site:
         ],
         [work_of(component) for component in site.components],  # decides the crew's times
         *([[c.spans for c in site.components]] if any(c.spans for c in site.components) else []),
+        *([[c.flip_rise_vox for c in site.components]] if any(c.flip_rise_vox for c in site.components) else []),
         [(blocker.id, blocker.kind, blocker.mesh) for blocker in blockers],
         site.site_to_ifc,
         *([] if site.access is None else [site.access]),

@@ -132,6 +132,8 @@ class Component:
         spans: Whether it is as low as the ground and yet over other parts, such as the ceiling of a basement.
         doubted_kg: The mass that its source states, and the one by volume and material, if these contradict each other:
             the greater one counts.
+        flip_rise_vox: How far it is lifted level before it is turned over between two hooks; 0: if it lies, it is
+            upended about its foot.
     """
 
     index: int
@@ -168,6 +170,7 @@ class Component:
     stated_means: Means | None = field(default=None, metadata=SPARSE)
     spans: bool = field(default=False, metadata=SPARSE)
     doubted_kg: tuple[float, ...] = field(default=(), metadata=SPARSE)
+    flip_rise_vox: int = field(default=0, metadata=SPARSE)
 
     def __repr__(self) -> str:
         return f"<Component {self.label}: {self.ifc_class}, {self.mass_kg / 1000:.3g} t>"

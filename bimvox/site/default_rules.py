@@ -133,6 +133,21 @@ class YardRules:
     lorries: int = field(default=1, metadata=SPARSE)
 
 
+@dataclass(frozen=True, slots=True)
+class FlipRules:
+    """How parts are turned over between two hooks; ``TwoHooksConfig``, the table of the site file, says what it means.
+
+    The share of 75 % is professional judgement, as is usual where two ropes carry one load. CICA's guidance on lifts
+    with two hooks of one crane (2021) asks for the share of each hook, and for a designed lift where either hook could
+    not carry the whole; Queensland's code for two cranes asks for 20 % more than the calculated share.
+    """
+
+    clear_m: float = 0.5
+    most_share: float = 0.75
+    turn_s: float = 120.0
+    unhook_s: float = 90.0
+
+
 HEADROOM_M: Final = 2.0
 """What is higher above the ground is not in the way of a person; assumed."""
 TRUCK_M: Final = (13.6, 3.0, 2.8)

@@ -134,9 +134,10 @@ def crane_for(site: Site, crane: TowerCrane, component: Component | None) -> Tow
 
 
 def hung_kg(crane: TowerCrane, component: Component) -> float:
-    """Return what hangs on a crane's rope with a component: load, its rigging and hook block."""
+    """Return what hangs on a crane with a component: load, its rigging and hook block, and a second hook's block."""
     rig = component.lifting.rig
-    return component.mass_kg + crane.hook_block_kg + (crane.rigging_mass_kg if rig is None else rig.mass_kg)
+    block_kg = crane.hook_block_kg + crane.second_block_kg
+    return component.mass_kg + block_kg + (crane.rigging_mass_kg if rig is None else rig.mass_kg)
 
 
 HOOK_BLOCK_SHARE = 0.03

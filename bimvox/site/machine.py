@@ -8,12 +8,14 @@ from dataclasses import MISSING, asdict, fields, replace
 from math import degrees, radians
 from typing import Any, Literal
 
+from bimvox.crane.auxiliary import Auxiliary
 from bimvox.crane.kinematics import with_luffing_jib, with_reeving
 from bimvox.crane.machine import Machine, carries_most, differences
 from bimvox.crane.tower_crane import UNLIMITED, LuffingJib, Override, Reeving, SlowZone, TowerCrane
 from bimvox.errors import ConfigError, InputError, enumerated
 from bimvox.site.catalogue import every_machine, machine_called, machines_of, usual_machine
 from bimvox.site.config.crane import (
+    AuxiliaryConfig,
     CraneConfig,
     LuffAxisConfig,
     LuffingConfig,
@@ -46,7 +48,7 @@ def _own_luffing_crane(config: SiteConfig, given: CraneConfig, values: Mapping[s
             hint=f"machines of the catalogue: {', '.join(names)}; your own machine is a file: "
             'machine = "my-crane.toml"',
         )
-    own = {key: value for key, value in values.items() if key not in ("trolley", "hoist")}
+    own = {"auxiliary": None} | {key: value for key, value in values.items() if key not in ("trolley", "hoist")}
     crane = replace(usual_machine(given.kind).usual, **own)
     return with_jib(config, crane, given.jib, given.hoist)
 
@@ -131,12 +133,18 @@ def crane_of(config: SiteConfig) -> TowerCrane | None:
         return None
     machine = _machine(config, given)
     crane = _described(config, given) if machine is None else _of_machine(config, given, machine)
-    crane = replace(crane, slow_zones=_slow_zones(config))
+    crane = replace(crane, slow_zones=_slow_zones(config), auxiliary=_auxiliary(config, crane))
     if crane.min_radius_m >= crane.jib_length_m:
         raise config.error("crane.min_radius_m", f"must be smaller than the jib of {crane.jib_length_m:g} m")
     if crane.luffing is None and crane.jib_height_m - crane.sling_m <= crane.base_m[2]:
         raise config.error("crane.jib_height_m", "leaves no room for the slings above the crane's foot")
     return _on_foundation(config, crane, is_first=True)
+
+
+def _auxiliary(config: SiteConfig, crane: TowerCrane) -> Auxiliary | None:
+    """Return the second hook of a crane, fitted; None if no part of the site is turned over with it."""
+    hook = crane.auxiliary
+    return None if hook is None or config.rules_in_force.two_hooks is None else replace(hook, fitted=True)
 
 
 def _on_foundation(config: SiteConfig, crane: TowerCrane, *, is_first: bool) -> TowerCrane:
@@ -319,6 +327,8 @@ def _changed(config: SiteConfig, crane: TowerCrane, table: OverrideConfig, *, fa
         # A chart of the site's own holds in every direction, as it is.
         values["carrier"] = replace(crane.carrier, sectors=(), rating="", deductions=())
     values |= table.model_dump(include=_MACHINE_KEYS, exclude_none=True)
+    if table.auxiliary is not None:
+        values["auxiliary"] = table.auxiliary.value()
     if crane.luffing is None:
         crane = replace(crane, **values, **_axes_of(table))
     else:
@@ -331,6 +341,8 @@ def _described(config: SiteConfig, given: CraneConfig) -> TowerCrane:
     """Return a crane that a table describes with every key."""
     values: dict[str, Any] = {"hook_block_kg": 0.0, "gears": (), "name": given.name or "crane"}
     values |= given.model_dump(include=_MACHINE_KEYS | {"falls"}, exclude_none=True) | _of_site(given) | _axes_of(given)
+    if given.auxiliary is not None:
+        values["auxiliary"] = given.auxiliary.value()
     if (chosen := _reeving_of(given, given.falls)) is not None:
         values["chart"] = chosen.chart
     elif given.chart is not None:
@@ -406,6 +418,7 @@ def crane_config(crane: TowerCrane | None) -> CraneConfig:
         trolley=None if luffing else TravelConfig.of(crane.trolley),
         hoist=TravelConfig.of(luffing.winch if luffing else crane.hoist),
         chart=tuple(zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True)),
+        auxiliary=None if crane.auxiliary is None else AuxiliaryConfig.of(crane.auxiliary),
         working_range=None if limiters == UNLIMITED else WorkingRangeConfig(**asdict(limiters)),
         **{key: getattr(crane, key) for key in keys},
     )

@@ -241,12 +241,20 @@ def stored_as(element: Element, entry: ComponentConfig | None, frame: GridFrame)
     """
     if entry is None:
         return _StoredAs(None, None, None, (), (), is_erected(element))
+    if entry.flip == "two_hooks" and entry.pose is None and not is_erected(element):
+        entry = entry.model_copy(update={"pose": _flat(element)})
     start_vox: IntVec | None = None
     if entry.start is not None:
         x, y, z = (int(n) for n in frame.cell_of((*entry.start, 0.0)[:3]))
         start_vox = (x, y, z)
     erected = is_erected(element) and not entry.turn if entry.pose is None else entry.pose is not StoredPose.AS_BUILT
     return _StoredAs(start_vox, entry.pose, entry.turn, entry.before, entry.after, erected)
+
+
+def _flat(element: Element) -> StoredPose:
+    """Return the pose in which an upright panel lies flat."""
+    x_m, y_m, _ = np.ptp(element.mesh.bounds_m, axis=0)
+    return StoredPose.LYING_X if x_m < y_m else StoredPose.LYING_Y
 
 
 def is_erected(element: Element) -> bool:

@@ -29,7 +29,7 @@ from bimvox.site.casting import (
 )
 from bimvox.site.component import Component
 from bimvox.site.crew_times import FIELD_TIMES, TimesByWork
-from bimvox.site.default_rules import Kept, YardRules
+from bimvox.site.default_rules import FlipRules, Kept, YardRules
 from bimvox.site.means import Means
 from bimvox.site.props import PropRules
 from bimvox.site.work import Work, kind_of
@@ -74,6 +74,7 @@ class Rules:
         gives_way: Names of the rules that are defaults: a lift that cannot keep them is planned with what it can keep.
         order_search: Whether a faster erection sequence than the greedy one is searched.
         yard: How parts lie in the yard; None: a cell apart and never on each other.
+        two_hooks: How parts are turned over between two hooks; None: none is.
     """
 
     clearance_m: float = 0.0
@@ -109,6 +110,7 @@ class Rules:
     yard: YardRules | None = field(default=None, metadata=SPARSE)
     curing: Curing | None = field(default=None, metadata=SPARSE)
     props: PropRules | None = field(default=None, metadata=SPARSE)
+    two_hooks: FlipRules | None = field(default=None, metadata=SPARSE)
     order_search: bool = True
 
     def kept_m(self, rule: str, kept: Kept) -> float:

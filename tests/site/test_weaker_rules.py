@@ -10,6 +10,7 @@ from weakened_rules import DEFAULT, EVERY
 from bimvox.site.casting import FIELD_CURING, Curing
 from bimvox.site.config.rules import MORE_IS_WEAKER, NONE_IS_WEAKER, RulesConfig, weaker_rules
 from bimvox.site.crew_times import FIELD_TIMES
+from bimvox.site.default_rules import FlipRules
 from bimvox.site.props import FIELD_PROPS
 from bimvox.site.site import Rules
 
@@ -42,9 +43,8 @@ def test_shorter_times_of_all_classes_are_weaker() -> None:
 
 
 def test_lists_of_weaker_rules_name_only_keys_that_exist() -> None:
-    keys = {
-        field.name for table in (DEFAULT, DEFAULT.casting, Curing(), FIELD_PROPS) for field in dataclasses.fields(table)
-    }
+    tables = (DEFAULT, DEFAULT.casting, Curing(), FIELD_PROPS, FlipRules())
+    keys = {field.name for table in tables for field in dataclasses.fields(table)}
     assert keys >= MORE_IS_WEAKER | NONE_IS_WEAKER
     assert FIELD_TIMES.wall.brace_s == 900.0
     assert isinstance(DEFAULT, Rules)

@@ -35,8 +35,8 @@ def default_crane(
 
 
 def default_luffing_crane(name: str) -> TowerCrane:
-    """Return a built-in crane as it is, on the origin."""
-    return machine_called(name).usual
+    """Return a built-in crane as it is, on the origin, without its auxiliary hook, which few sites use."""
+    return replace(machine_called(name).usual, auxiliary=None)
 
 
 def crane_pose(crane: TowerCrane, hook_m: ArrayLike, near_slew_rad: float | None = None) -> CranePose:

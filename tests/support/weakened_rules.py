@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from bimvox.site.config.rules import MORE_IS_WEAKER, NONE_IS_WEAKER, RulesConfig
+from bimvox.site.default_rules import FlipRules
 from bimvox.site.site import SwingRule
 
 DEFAULT = RulesConfig().rules(has_crane=True)
@@ -25,6 +26,8 @@ def weakened(rules: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield rules in which one value asks for less, with its key."""
     for field in dataclasses.fields(rules):
         value = getattr(rules, field.name)
+        if field.name == "two_hooks":
+            value = value or FlipRules()
         if field.name in NONE_IS_WEAKER:
             continue
         if dataclasses.is_dataclass(value):

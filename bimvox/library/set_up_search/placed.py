@@ -21,9 +21,10 @@ from bimvox.planning.best_place import SAME_S
 from bimvox.planning.stacks import is_stacked
 from bimvox.planning.yard import gap_vox, storage_poses
 from bimvox.records.unloading import Lorries
-from bimvox.site.component import Component, erection_size_vox, turned_hook, turned_shape
+from bimvox.site.component import Component
 from bimvox.site.config.site_config import Polygon, SiteConfig
 from bimvox.site.demand import means_by
+from bimvox.site.flip_box import hook_at_vox, raised_size_vox
 from bimvox.site.guess import proposed_access
 from bimvox.site.means import Means
 from bimvox.site.parts import entries_by_id
@@ -201,10 +202,10 @@ def rooms_of(yard: Sequence[Polygon], components: Sequence[Component], cell_m: f
     known: dict[tuple[float, ...], BaseGeometry] = {}
 
     def lying(part: Component, turn: int) -> BaseGeometry:
-        sizes = [erection_size_vox(turned_shape(part.shape, turn), pose)[:2] for pose in storage_poses(part)]
-        hook = np.array(turned_hook(part.shape, part.hook_offset_vox, turn)[:2]) + 0.5
         rooms = []
-        for size in sizes:
+        for pose in storage_poses(part):
+            size = raised_size_vox(part, pose, turn)[:2]
+            hook = np.array(hook_at_vox(part, pose, turn)) + 0.5
             around_m = np.stack([-hook, np.array(size) - hook]) * cell_m
             key = tuple(around_m.ravel().tolist())
             if key not in known:
@@ -246,7 +247,7 @@ def taken_m2(site: Site, components: Sequence[Component]) -> NDArray[np.float64]
             load, area_vox = Lorries(site), 0
         found.append(area_vox)
         if not (load and is_stacked(site, part)):
-            size_x, size_y, _ = erection_size_vox(part.shape, storage_poses(part)[0])
+            size_x, size_y, _ = raised_size_vox(part, storage_poses(part)[0], 0)
             area_vox += (size_x + gap) * (size_y + gap)
         load.add(part)
     return np.array(found) * site.frame.voxel_size_m**2

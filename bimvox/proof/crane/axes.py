@@ -14,6 +14,7 @@ from bimvox.crane.kinematics import hook_of, joint_limits, joint_names, joints_o
 from bimvox.crane.reach import LUFFING_HOOK_ROOM_M
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
+from bimvox.proof.rigging import second_block_kg
 from bimvox.records.motion import LiftMotion, PhaseName, Trajectory
 from bimvox.records.proof import Check
 from bimvox.site.site import Site
@@ -261,7 +262,7 @@ def check_capacity(
         mass_kg: Mass of the load; 0 for the empty hook.
         most_used: Highest permitted share of the capacity of the load chart.
     """
-    hung_kg = mass_kg + crane.rigging_mass_kg + crane.hook_block_kg
+    hung_kg = mass_kg + crane.rigging_mass_kg + crane.hook_block_kg + second_block_kg(crane)
     used = shares_of_capacity(crane, trajectory.slew_rad, trajectory.radius_m, hung_kg)
     worst = int(np.argmax(used))
     check.measure(float(used[worst]))

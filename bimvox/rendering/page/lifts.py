@@ -110,6 +110,28 @@ _HOOK = Record(
     ("radius_m", float, "Its radius."),
     ("height_m", float, "Its height."),
 )
+FLIP = Record(
+    "PageFlip",
+    "How a part is turned over in the air between the main and the auxiliary hook of its crane.",
+    ("angle_deg", tuple[float, ...], "Angles of the turn: 0 lying, 90 upright."),
+    ("main_kg", tuple[float, ...], "Share of its mass on the main hook at each.", lambda it: _rounded(it.main_kg)),
+    ("auxiliary_kg", tuple[float, ...], "Share of its mass on the auxiliary hook at each.",
+     lambda it: _rounded(it.auxiliary_kg)),
+    ("main_used", float, "Largest share of the capacity of the main hook, rigging and hook block included."),
+    ("auxiliary_used", float, "The same of the auxiliary hook."),
+    ("both_used", float, "The same of the load chart by both."),
+    ("radius_m", float, "Radius of the main hook.", lambda it: round(it.radius_m, 3)),
+    ("clear_m", float, "Least distance above the ground while it turns."),
+    ("lean_rad", float, "Largest angle of a rope to the vertical."),
+    ("main_m", Point3, "Where the main hook holds it, with the part at its place.", lambda it: list(it.main_m)),
+    ("auxiliary_m", Point3, "Where the auxiliary hook holds it, the same way.", lambda it: list(it.auxiliary_m)),
+)  # fmt: skip
+
+
+def _rounded(masses_kg: Sequence[float]) -> list[float]:
+    return [round(one, 1) for one in masses_kg]
+
+
 LIFT = Record(
     "PageLift",
     "A lift.",
@@ -148,6 +170,8 @@ LIFT = Record(
     ("approach_clearance_m", Maybe(float), "The same on its last moves.", "lift.approach_clearance_m"),
     ("upending_clearance_m", Maybe(float), "The same while it is upended.", "lift.upending_clearance_m"),
     ("turning_clearance_m", Maybe(float), "The same while it is turned in the yard.", "lift.turning_clearance_m"),
+    ("flip", Maybe(FLIP), "How it is turned over between two hooks.",
+     lambda it: None if it.lift.flip is None else FLIP.of(it.lift.flip), None),
     ("heading", Maybe(str), "How its heading is kept; null without a path.",
      lambda it: heading_in_words(it.lift, it.motion)),
     ("proven", Maybe(bool), "Whether the proof holds for it; null without a proof or a path.",

@@ -18,6 +18,7 @@ from bimvox.records.track import LoadTrack, headings_off_rad
 from bimvox.rendering.page.geometry import NUMBERS, Blob, rounded
 from bimvox.site.component import StoredPose
 from bimvox.site.config.validation import Point2, Point3
+from bimvox.site.flip_box import is_flipped
 from bimvox.site.site import Site
 
 TICKS_PER_S = 10_000
@@ -28,10 +29,16 @@ _NS_PER_TICK = 10**9 // TICKS_PER_S
 _TIP = Record(
     "PageTip",
     "The upending of a part that is stored lying.",
-    ("keys", NUMBERS, "Columns of steps: time, height of its box's lowest corner, angle to upright."),
+    (
+        "keys",
+        NUMBERS,
+        "Columns of steps: time, height of its box's lowest corner, angle to upright; between two hooks\n"
+        "also how far that corner has moved along the axis that it lies along.",
+    ),
     ("corner_m", Point3, "Lowest corner of its box."),
     ("offset_m", Point3, "From there to its own lowest corner."),
     ("end_s", float, "When it stands."),
+    ("two_hooks", bool, "Whether it is turned over between two hooks.", LATER, False),
 )
 _TURN = Record(
     "PageTurn",
@@ -170,20 +177,28 @@ def _tip(site: Site, track: LoadTrack, motion: LiftMotion, blob: Blob) -> dict[s
     component = site.components[track.lift.component]
     box_m = track.corner_m[during] - from_box_to_origin_m(site, component, place, angle_rad)
     values = np.stack([box_m[:, 2], angle_rad], axis=1)
+    scale = [LENGTH_STEPS_PER_M, ANGLE_STEPS_PER_RAD]
+    if over := is_flipped(component, place.pose):
+        axis = 0 if place.pose is StoredPose.LYING_X else 1
+        values = np.column_stack([values, box_m[:, axis] - box_m[:1, axis]])
+        scale.append(LENGTH_STEPS_PER_M)
     arm_m = max(place.shape.size_vox) * site.frame.voxel_size_m
 
     def far_end_m(at: NDArray[np.float64]) -> NDArray[np.float64]:
         turned = arm_m * np.stack([np.cos(at[..., 1]), np.sin(at[..., 1])], axis=-1)
-        return np.concatenate([at[..., :1], turned], axis=-1)
+        return np.concatenate([at[..., :1], turned, at[..., 2:]], axis=-1)
 
     chosen = keyframes(time_ns, values, [], far_end_m)
-    scale = np.array([LENGTH_STEPS_PER_M, ANGLE_STEPS_PER_RAD])
-    return _TIP.made(
-        blob.put_steps(_rows(time_ns[chosen] - motion.start_ns, values[chosen] * scale)),
+    tip = _TIP.made(
+        blob.put_steps(_rows(time_ns[chosen] - motion.start_ns, values[chosen] * np.array(scale))),
         rounded(box_m[0] if len(box_m) else track.corner_m[0]),
         rounded(from_box_to_origin_m(site, component, place, np.zeros(1))[0]),
         _seconds(end_ns - motion.start_ns),
+        True,
     )
+    if not over:
+        del tip["two_hooks"]
+    return tip
 
 
 def _rows(time_ns: NDArray[np.int64], values: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -130,6 +130,7 @@ def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> lis
         *_outrigger(lift),
         ("Rigging", _gear(lifting, machine)),
         ("Stored", f"{place}; hook at {_point(lift['pick'])}"),
+        *_flip(lift),
         ("Set", f"hook at {_point(lift['set'])}"),
         ("Wind", f"up to {wind} (gust)" + (f"; heading {escape(lift['heading'])}" if lift["heading"] else "")),
         ("Clearance", _clearances(lift, rules)),
@@ -138,6 +139,22 @@ def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> lis
         ("Begins", f"{begins}; takes {span(lift['ends_s'] - lift['begins_s'])}"),
         ("Steps", "; ".join(f"{PHASES.get(name, name)} {span(end - start)}" for name, start, end in lift["phases"])),
     ]
+
+
+def _flip(lift: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the shares of both hooks while a part is turned over between them; nothing if it is not."""
+    if (flip := lift.get("flip")) is None:
+        return []
+    rows = list(zip(flip["angle_deg"], flip["main_kg"], flip["auxiliary_kg"], strict=True))
+    shares = "; ".join(
+        f"{angle:g}°: main {tonnes(main_kg)} t, auxiliary {tonnes(auxiliary_kg)} t"
+        for angle, main_kg, auxiliary_kg in rows[:: max(1, (len(rows) - 1) // 3)]
+    )
+    hooks = (("main hook", "main_used"), ("auxiliary hook", "auxiliary_used"), ("chart by both", "both_used"))
+    used = ", ".join(f"{what} {number(flip[key], f'{100.0 * flip[key]:.0f} %', key)}" for what, key in hooks)
+    clear = number(flip["clear_m"], f"{flip['clear_m']:.2f} m", "clear_m")
+    lean = f"ropes up to {degrees(flip['lean_rad']):.1f}° off the vertical"
+    return [("Two hooks", f"{shares} of its mass; used at most: {used}; {clear} clear of the ground; {lean}")]
 
 
 def _outrigger(lift: dict[str, Any]) -> list[tuple[str, str]]:
@@ -187,9 +204,9 @@ def _ticks(record: dict[str, Any], lift: dict[str, Any], part: Component) -> str
         f"Wind at the jib below {lifting['permitted_wind_m_s']:.1f} m/s, and not rising",
         "Place ready: levels, bearings, packs, access for those who fix it",
     ]
-    lines += ["Foot bedded and held for upending; nobody where the part may fall"] * (
-        lift["stored"] not in (None, "as_built")
-    )
+    lies, over = lift["stored"] not in (None, "as_built"), lift.get("flip") is not None
+    lines += ["Foot bedded and held for upending; nobody where the part may fall"] * (lies and not over)
+    lines += ["Auxiliary hook fitted; both loads read while it turns; nobody where its foot swings"] * over
     lines += ["Braces and fixings at hand; slings come off only when they hold"] * (work_of(part) in _STANDING)
     lines += ["Signaller in place, radio tested: the operator does not see the load"] * any(
         one["order"] == lift["order"] for one in record["blind"]

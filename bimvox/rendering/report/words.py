@@ -32,6 +32,7 @@ CHECKS = {
     "margin": "in transit the load keeps its clearance from everything",
     "rope_margin": "in transit hook and rope keep their clearance from everything higher",
     "yard_margin": "a part keeps its clearances while it is upended and turned in the yard",
+    "flip": "a part that is turned over between two hooks: their shares by statics, their capacities, the ground",
     "rest_margin": "a load keeps its clearances straight up from the yard and on its last moves",
     "motion_margin": "the moving load, hook and rope keep these clearances, along the chords between samples",
     "wind": "the sail area of every part permits the site's wind speed; where that is a default, less wind is stated",

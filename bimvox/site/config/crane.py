@@ -9,6 +9,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+from bimvox.crane.auxiliary import Auxiliary
 from bimvox.crane.load_chart import LoadChart
 from bimvox.crane.tower_crane import AxisLimits, Reeving, WorkingRange
 from bimvox.site.config.validation import (
@@ -88,6 +89,51 @@ class ReevingConfig(Table):
     gears: tuple[tuple[Positive, Rate], ...] = ()
     """Hoist rates: [largest mass on the rope in kg, hook block and rigging included; rate in m/s]. Above the last mass:
     the rate of ``hoist``."""
+
+
+_ANY_RADIUS_M = 1e3
+
+
+class AuxiliaryConfig(Table):
+    """The second hook, with which a part can be turned over in the air. Without this table the crane has none."""
+
+    capacity_kg: Positive | None = None
+    """What it carries at every radius, its hook block and slings included: line pull times falls."""
+    chart: Chart | None = None
+    """The same by its own radius, instead of ``capacity_kg``: [radius in m, capacity in kg] pairs."""
+    hook_block_kg: NotNegative
+    """Mass of its hook block. It hangs from the boom in every lift of a site where a part is turned with it."""
+    ahead_m: Annotated[Number, Field(ge=-20.0, le=20.0)]
+    """How far its rope hangs ahead of the main hook's, away from the slewing axis; negative behind."""
+    rated_percent: Annotated[Positive, Field(le=100.0)] | None = None
+    """Share of the capacities that the maker permits while both hooks carry one load. Default: the site's rule."""
+
+    @model_validator(mode="after")
+    def _one_capacity(self) -> Self:
+        if (self.capacity_kg is None) == (self.chart is None):
+            raise ValueError("give capacity_kg, or chart, and not both")
+        return self
+
+    def value(self) -> Auxiliary:
+        """Return the table as a value for the crane."""
+        own = None if self.capacity_kg is None else LoadChart((_ANY_RADIUS_M,), (self.capacity_kg,))
+        chart = own or chart_of(self.chart or ())
+        share = None if self.rated_percent is None else self.rated_percent / 100.0
+        return Auxiliary(chart, self.hook_block_kg, self.ahead_m, share)
+
+    @classmethod
+    def of(cls, hook: Auxiliary) -> Self:
+        """Return the table of a second hook."""
+        listed = tuple(zip(hook.chart.radius_m, hook.chart.capacity_kg, strict=True))
+        constant = len(listed) == 1 and listed[0][0] == _ANY_RADIUS_M
+        percent = None if hook.most_share is None else round(100.0 * hook.most_share, 9)
+        return cls(
+            capacity_kg=listed[0][1] if constant else None,
+            chart=None if constant else listed,
+            hook_block_kg=hook.hook_block_kg,
+            ahead_m=hook.ahead_m,
+            rated_percent=percent,
+        )
 
 
 class WorkingRangeConfig(Table):
@@ -171,6 +217,8 @@ class OverrideConfig(Table):
     """Load chart: [radius in m, capacity in kg] pairs, load, rigging and hook block together."""
     reeving: Annotated[tuple[ReevingConfig, ...], Field(min_length=1)] | None = None
     """Its reevings, instead of one ``chart``; ``falls`` selects one."""
+    auxiliary: AuxiliaryConfig | None = None
+    """Its second hook, with which a part can be turned over in the air."""
 
     @model_validator(mode="after")
     def _one_reeving(self) -> Self:

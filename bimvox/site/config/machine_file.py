@@ -17,6 +17,7 @@ from bimvox.crane.machine import Machine
 from bimvox.crane.sectors import least_of
 from bimvox.crane.tower_crane import AxisLimits, LuffingJib, Reeving, TowerCrane
 from bimvox.site.config.crane import (
+    AuxiliaryConfig,
     LuffAxisConfig,
     Rate,
     ReevingConfig,
@@ -287,6 +288,8 @@ class MachineConfig(Table):
     """Masses of a mobile crane, for the loads on its outriggers."""
     stand: tuple[StandConfig, ...] = ()
     """How a tower crane stands, by jib length."""
+    auxiliary: AuxiliaryConfig | None = None
+    """Its second hook; without it, the machine has none."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -515,6 +518,7 @@ def _crane(
         kind=given.kind,
         carrier=carrier,
         stand=_stand(given, length_m),
+        auxiliary=None if given.auxiliary is None else given.auxiliary.value(),
     )
     crane = with_reeving(crane, reeving)
     if given.luffing is None:

@@ -22,12 +22,13 @@ from bimvox.site.default_rules import (
     MOST_SUPPORT_GAP_M,
     TRUCK_M,
     USUAL_YARD,
+    FlipRules,
     YardRules,
 )
 from bimvox.site.props import FIELD_PROPS, PROP_TYPES, PropKind, PropRules, PropType
 from bimvox.site.site import HeadingRule, Rules, SwingRule
 
-_RULES = Rules()
+_RULES, _FLIP = Rules(), FlipRules()
 
 
 Pause = Annotated[NotNegative, Field(le=86_400.0)]
@@ -241,6 +242,26 @@ class PropsConfig(Table):
         return rules if self.planned else None
 
 
+class TwoHooksConfig(Table):
+    """How a part that lies is turned over in the air by the main and the auxiliary hook of its crane.
+
+    Typical of the field, not measured; sources: docs/lift-plan.md.
+    """
+
+    clear_m: Annotated[NotNegative, Field(le=20.0)] = _FLIP.clear_m
+    """How far it stays clear of the ground while it turns."""
+    most_share: Annotated[Positive, Field(le=1.0)] = _FLIP.most_share
+    """Share of the capacity of each hook, and of the load chart by both, that may be used."""
+    turn_s: Pause = _FLIP.turn_s
+    """Shortest time of the turn."""
+    unhook_s: Pause = _FLIP.unhook_s
+    """Time to take the auxiliary hook off when it stands upright."""
+
+    def value(self) -> FlipRules:
+        """Return the table as a value for the planner."""
+        return FlipRules(**self.model_dump())
+
+
 class RulesConfig(Table):
     """The rules of the site; clearances are rounded up to whole cells."""
 
@@ -290,6 +311,11 @@ class RulesConfig(Table):
     upend_s: Pause | None = Field(default=None, examples=[180])
     """Time to upend a part that lies, with one hook about its foot, besides the crane's motion. Default: 120 with a
     crane."""
+    flip: Literal["foot", "two_hooks"] = "foot"
+    """How parts that lie are upended: about their ``foot``, with one hook, or in the air between ``two_hooks`` of a
+    crane that has an auxiliary one."""
+    two_hooks: TwoHooksConfig | None = None
+    """How that is done. Default: the table's, if ``flip`` asks for it anywhere."""
     heading: Literal["kept", "with_jib"] = _RULES.heading.value
     """``kept``: tag lines keep the heading of loads. ``with_jib``: loads turn with the jib where there is room."""
     swing: Literal["shaped", "off"] = _RULES.swing.value
@@ -337,7 +363,9 @@ class RulesConfig(Table):
         own["props"] = (self.props or PropsConfig()).value() if has_crane else None
         own["sling_angle_rad"] = math.radians(self.sling_angle_deg)
         own["upend_s"] = (UPEND_S if has_crane else 0.0) if self.upend_s is None else self.upend_s
-        given = self.model_dump(exclude={"sling_angle_deg"}) | own
+        asked = self.flip == "two_hooks" or self.two_hooks is not None
+        own["two_hooks"] = (self.two_hooks or TwoHooksConfig()).value() if asked and has_crane else None
+        given = self.model_dump(exclude={"sling_angle_deg", "flip"}) | own
         for key in _AS_IN_TRANSIT:
             given[key] = given["transit_clearance_m"] if given[key] is None else given[key]
         left = tuple(key for key in DEFAULT_RULES if given[key] is None)
@@ -404,6 +432,7 @@ MORE_IS_WEAKER = frozenset(
         "shore_spacing_m",
         "people",
         "bundle_kg",
+        "most_share",
     )
 )
 """Rules, and times in them, of which a larger value asks for less; of all other numbers, a smaller one does."""
@@ -458,6 +487,8 @@ def _pairs(prefix: str, own: Any, usual: Any) -> Iterator[tuple[str, Any, Any]]:
             one, other = one or Curing(), other or Curing()
         if field.name == "props":  # None: nobody asks what holds a part
             one, other = one or _NO_PROPS, other or _NO_PROPS
+        if field.name == "two_hooks":  # None: no part is turned over so
+            one, other = one or _FLIP, other or _FLIP
         if is_dataclass(other):
             yield from _pairs(f"{key}.", one, other)
         else:

@@ -23,7 +23,7 @@ from bimvox.site.config.calendar import CalendarConfig, CostsConfig
 from bimvox.site.config.crane import CraneConfig
 from bimvox.site.config.kind_file import corrections_in
 from bimvox.site.config.project import MOST_SUPPORTS, ProjectConfig, SupportConfig
-from bimvox.site.config.rules import RiggingConfig, RulesConfig, YardConfig
+from bimvox.site.config.rules import RiggingConfig, RulesConfig, TwoHooksConfig, YardConfig
 from bimvox.site.config.validation import (
     A_FILE,
     ONE,
@@ -180,6 +180,8 @@ class ComponentConfig(Table):
     """Stored as in the building, or lying along x or y, its foot at the lowest end, and upended before the lift."""
     turn: Annotated[Whole, Field(ge=0, le=3)] | None = Field(default=None, examples=[1])
     """Quarter turns of the stored part, counter-clockwise, after its ``pose``. Default: 0, or 1 if it fits only so."""
+    flip: Literal["foot", "two_hooks"] | None = None
+    """How it is upended. With ``two_hooks`` and without a ``pose``, it comes lying flat. Default: ``rules.flip``."""
     before: tuple[Text, ...] = ()
     """Ids of parts that are set later."""
     after: tuple[Text, ...] = ()
@@ -201,9 +203,11 @@ class ComponentConfig(Table):
     @model_validator(mode="after")
     def _liftable(self) -> Self:
         given = self.start or self.pose or self.turn or self.before or self.after or self.crane
-        if self.pinned and (given or self.means or self.kind or self.mass_kg):
+        given = given or self.means or self.kind or self.mass_kg or self.flip
+        if self.pinned and given:
             raise ValueError(
-                "a pinned part is not lifted: remove its start, pose, turn, before, after, crane, means, kind, mass_kg"
+                "a pinned part is not lifted: remove its start, pose, turn, flip, before, after, crane, means, kind, "
+                "mass_kg"
             )
         return self
 
@@ -438,7 +442,10 @@ class SiteConfig(Table):
     @property
     def rules_in_force(self) -> Rules:
         """The rules; their defaults depend on whether the site has a crane, or one is to be chosen for it."""
-        rules = self.rules.rules(has_crane=any(crane.kind != "none" for crane in self.cranes) or self.crane is None)
+        given, asked = self.rules, any(one.flip == "two_hooks" for one in self.component)
+        if asked and given.two_hooks is None:
+            given = given.model_copy(update={"two_hooks": TwoHooksConfig()})
+        rules = given.rules(has_crane=any(crane.kind != "none" for crane in self.cranes) or self.crane is None)
         yard = None if self.yard is None else self.yard.rules()
         return replace(rules, yard=yard, order_search=self.sequence.search)
 

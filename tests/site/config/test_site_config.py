@@ -34,6 +34,7 @@ def test_the_rules_have_the_planners_names_and_defaults():
     }
     assert (own.pop("upend_s"), named.pop("upend_s")) == (None, 0.0)  # asked for with a crane
     assert named.pop("yard") is None  # it has its own table
+    assert own.pop("flip") == "foot"  # it decides about two_hooks
     assert named.pop("order_search")  # in [sequence]
     assert own == named
     assert RulesConfig(rope=False).rules() == Rules(rope=False)

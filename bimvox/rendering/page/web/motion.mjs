@@ -8,7 +8,7 @@ export function motionOf(record, numbers, scales) {
   const [time, ...axes] = columnsOf(numbers(record.keys), [scales.time, axis, scales.length, scales.length]);
   let tip = null;
   if (record.tip) {
-    const columns = columnsOf(numbers(record.tip.keys), [scales.time, scales.length, scales.angle]);
+    const columns = columnsOf(numbers(record.tip.keys), [scales.time, scales.length, scales.angle, ...(record.tip.two_hooks ? [scales.length] : [])]);
     tip = { ...record.tip, time: columns[0], columns: columns.slice(1) };
   }
   return { ...record, time, axes, tip };
@@ -61,8 +61,9 @@ function tipped(box, offset, stored, angle, yaw) {
 /** The frame of a hanging load: lowest corner of its reference cell, and its rotation. */
 export function loadAt(motion, baseM, stored, at) {
   if (motion.tip && at < motion.tip.end_s) {
-    const [z, angle] = valuesAt(motion.tip.time, motion.tip.columns, at);
+    const [z, angle, along = 0] = valuesAt(motion.tip.time, motion.tip.columns, at);
     const box = [motion.tip.corner_m[0], motion.tip.corner_m[1], z];
+    box[stored === "lying_x" ? 0 : 1] += along;
     return tipped(box, motion.tip.offset_m, stored, angle, motion.yaw ? motion.yaw.rad : 0);
   }
   const values = axesAt(motion, at);
