@@ -201,7 +201,7 @@ def winch_limits(crane: TowerCrane, load_kg: float) -> AxisLimits:
     ``load_kg``: mass of the load, without rigging and hook block; 0 for the empty hook.
     """
     winch = crane.hoist if crane.luffing is None else crane.luffing.winch
-    on_the_rope_kg = load_kg + crane.tackle_kg
+    on_the_rope_kg = load_kg + crane.hook_block_kg + crane.rigging_mass_kg
     for most_kg, rate_m_s in crane.gears:
         if on_the_rope_kg <= most_kg:
             return replace(winch, rate=rate_m_s)

@@ -20,7 +20,7 @@ from bimvox.records.flip import Flip
 from bimvox.records.lift import YardPlace
 from bimvox.site.component import Component, StoredPose
 from bimvox.site.flip_box import is_flipped, least_clear_vox
-from bimvox.site.lifting import crane_for, hung_kg
+from bimvox.site.lifting import crane_for, hoisted_kg
 from bimvox.site.parts import centre_of_mass_m
 from bimvox.site.site import Site
 from bimvox.units import mass_text
@@ -113,13 +113,13 @@ def _used(
     """
     hook = crane.auxiliary
     assert hook is not None
-    whole_kg, (main_kg, auxiliary_kg) = hung_kg(crane, component), most_kg
+    gear_kg, (main_kg, auxiliary_kg) = hoisted_kg(crane, component) - component.mass_kg, most_kg
     # The usual slings of the crane hang on the auxiliary hook; the load's own gear hangs on the main one.
     second_kg = hook.hook_block_kg + crane.rigging_mass_kg
     carried = (
-        (whole_kg - hook.hook_block_kg - component.mass_kg + main_kg, capacity_kg(chart, radius_m)),
+        (main_kg + gear_kg, capacity_kg(chart, radius_m)),
         (auxiliary_kg + second_kg, capacity_kg(hook.chart, radius_m + hook.ahead_m)),
-        (whole_kg + crane.rigging_mass_kg, capacity_kg(chart, radius_m + max(hook.ahead_m, 0.0))),
+        (component.mass_kg + gear_kg + second_kg, capacity_kg(chart, radius_m + max(hook.ahead_m, 0.0))),
     )
     main, second, both = (kg / carries_kg if carries_kg > 0.0 else 99.0 for kg, carries_kg in carried)
     return main, second, both

@@ -134,10 +134,14 @@ def crane_for(site: Site, crane: TowerCrane, component: Component | None) -> Tow
 
 
 def hung_kg(crane: TowerCrane, component: Component) -> float:
-    """Return what hangs on a crane with a component: load, its rigging and hook block, and a second hook's block."""
+    """Return what the load chart carries with a component: what is hoisted, and the block of a second hook."""
+    return hoisted_kg(crane, component) + crane.second_block_kg
+
+
+def hoisted_kg(crane: TowerCrane, component: Component) -> float:
+    """Return what hangs on a crane's rope with a component: load, its rigging and hook block."""
     rig = component.lifting.rig
-    block_kg = crane.hook_block_kg + crane.second_block_kg
-    return component.mass_kg + block_kg + (crane.rigging_mass_kg if rig is None else rig.mass_kg)
+    return component.mass_kg + crane.hook_block_kg + (crane.rigging_mass_kg if rig is None else rig.mass_kg)
 
 
 HOOK_BLOCK_SHARE = 0.03
@@ -309,7 +313,7 @@ def permitted_share(site: Site, crane: TowerCrane, component: Component, picked_
 def permitted_for(site: Site, crane: TowerCrane, component: Component) -> float:
     """Return the wind up to which a crane may lift a part, m/s."""
     return permitted_wind_m_s(
-        crane.max_wind_m_s, hung_kg(crane, component), component.sail_area_m2, site.rules.drag_coefficient
+        crane.max_wind_m_s, hoisted_kg(crane, component), component.sail_area_m2, site.rules.drag_coefficient
     )
 
 
@@ -361,7 +365,7 @@ def edge_on_deg(site: Site, component: Component) -> int | None:
     if crane is None or component.erected or least_m_s <= 0.0:
         return None
     areas_m2 = sail_areas_m2(component.mesh.triangles_m, component.mesh.vertices_m)
-    hung, drag = hung_kg(crane, component), site.rules.drag_coefficient
+    hung, drag = hoisted_kg(crane, component), site.rules.drag_coefficient
     good = [permitted_wind_m_s(crane.max_wind_m_s, hung, area, drag) >= least_m_s for area in areas_m2.tolist()]
     if all(good) or not any(good):
         return None

@@ -24,6 +24,7 @@ from bimvox.remarks.table import FLIP_LEANS
 from bimvox.site.component import StoredPose
 from bimvox.site.default_rules import FlipRules
 from bimvox.site.flip_box import rise_to_flip_vox, upright_at_vox
+from bimvox.site.lifting import hoisted_kg, hung_kg, permitted_for
 
 LYING = [
     (StoredPose.LYING_X, 0),
@@ -158,3 +159,12 @@ def test_the_plan_says_what_is_left_to_ask():
     assert line.text.endswith("Here: every part that lies is turned over between two hooks, and its shares are proven.")
     said = [one.text for one in remarks_of(plan, motions) if one.text.startswith(FLIP_LEANS.sentence[:40])]
     assert len(said) == 1 and "degrees" in said[0]
+
+
+def test_the_block_of_the_auxiliary_hook_counts_on_the_chart_and_not_on_the_rope():
+    with_hook, without = (flipping_site(crane=crane_with(hook)) for hook in (AUXILIARY, None))
+    (part,) = with_hook.components
+    (one,), (other,) = with_hook.cranes, without.cranes
+    assert hung_kg(one, part) - hung_kg(other, part) == AUXILIARY.hook_block_kg
+    assert hoisted_kg(one, part) == hoisted_kg(other, part)
+    assert permitted_for(with_hook, one, part) == permitted_for(without, other, part)
