@@ -203,8 +203,7 @@ class ComponentConfig(Table):
     @model_validator(mode="after")
     def _liftable(self) -> Self:
         given = self.start or self.pose or self.turn or self.before or self.after or self.crane
-        given = given or self.means or self.kind or self.mass_kg or self.flip
-        if self.pinned and given:
+        if self.pinned and (given or self.means or self.kind or self.mass_kg or self.flip):
             raise ValueError(
                 "a pinned part is not lifted: remove its start, pose, turn, flip, before, after, crane, means, kind, "
                 "mass_kg"
