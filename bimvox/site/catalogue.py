@@ -39,7 +39,9 @@ def _ascending(machines: Iterable[Machine]) -> tuple[Machine, ...]:
 
 def machine_called(name: str | None) -> Machine | None:
     """Return the machine of the catalogue with a name, generic or real; None if there is none."""
-    return next((machine for machine in every_machine() if machine.name == name), None)
+    # Most names are generic: the files of the real ones are read only for others.
+    some = (machine for machines in (catalogue, public_machines) for machine in machines() if machine.name == name)
+    return next(some, None)
 
 
 def machines_of(kind: str) -> tuple[Machine, ...]:

@@ -115,7 +115,7 @@ def _whole(table: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]
     (length_m,) = table["lengths_m"]
     masses = [one.get("most_kg", 0.0) for one in given["reeving"]]
     nearest_m = table["rows"][0][0]
-    if all(masses):
+    if all(masses) or len(table["rows"]) == 1:
         nearest_m = min(nearest_m, _nearest_m(given, length_m))
     points = [(float(radius), float(mass)) for radius, mass in table["rows"]]
     return {**table, "rows": between(points, nearest_m, max(masses, default=0.0))}
@@ -137,7 +137,7 @@ def between(points: Sequence[tuple[float, float]], nearest_m: float, most_kg: fl
       moment there is nowhere below both. It is not less than the load at the farther point, and not more than at the
       nearer one.
     - Inside the first point its load moment holds, up to the largest load of the machine: the moment of a tower crane
-      does not fall towards the mast. Without a largest load there is nothing inside the first point.
+      does not fall towards the mast. Without a largest load, the load of the first point.
     - Beyond the last point there is nothing.
 
     Args:

@@ -75,7 +75,7 @@ def test_between_two_points_the_smaller_moment_holds_and_the_farther_load_at_lea
         (4.0, 1000.0), (5.0, 900.0), (6.0, 900.0), (7.0, 900.0), (8.0, 900.0),
     ]  # fmt: skip
     assert dict(between([(4.0, 1000.0), (8.0, 250.0)], 4.0, 0.0))[6.0] == 330.0, "2 tm, rounded down"
-    assert between([(4.0, 1000.0)], 4.0, 0.0) == [(4.0, 1000.0)]
+    assert between([(4.0, 1000.0)], 2.5, 0.0) == [(2.5, 1000.0), (3.0, 1000.0), (4.0, 1000.0)], "a single point"
 
 
 def test_what_no_source_states_is_that_of_the_class_and_a_larger_load_is_hoisted_slower():
