@@ -15,7 +15,7 @@ from bimvox.crane.gear import Rig
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.exporters.text import table
 from bimvox.log.moving import tracks_of
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import PlanLog, log_times
 from bimvox.log.recorder import write_log
 from bimvox.records.dates import PlanDates
 from bimvox.records.declared import Maybe, Number, Record
@@ -23,7 +23,7 @@ from bimvox.records.lift import Lift, Status
 from bimvox.records.track import LoadTrack
 from bimvox.records.unloading import Lorries, UnloadingLift, average, deliveries_of, lorries_of, unloading_lifts
 from bimvox.rendering.page.lifts import LIFT as PAGE_LIFT
-from bimvox.rendering.page.lifts import Shown
+from bimvox.rendering.page.lifts import Shown, needed_ns
 from bimvox.site.component import Component
 
 SAMPLE_COLUMNS = {
@@ -48,6 +48,7 @@ class _Exported(Shown):
 
     dates: PlanDates | None
     track: LoadTrack | None
+    times: PlanDates | None
 
     @property
     def crane(self) -> TowerCrane | None:
@@ -70,6 +71,10 @@ class _Exported(Shown):
     @property
     def span(self) -> tuple[str | None, str | None]:
         return self.dates.span(self.lift.order) if self.dates else (None, None)
+
+    @property
+    def in_words(self) -> tuple[str | None, str | None]:
+        return (self.times and self.times.span_in_words(self.lift.order)) or (None, None)
 
 
 LIFT = Record(
@@ -106,6 +111,14 @@ LIFT = Record(
     ("stack", Maybe(Number), "number of its stack in the delivery, from 1; empty if it lies alone",
      lambda it: it.place and (it.place.stack or None)),
     *PAGE_LIFT.keys("heading"),
+    ("begins_in_words", Maybe(str),
+     "its start in words: date and clock; working day and clock if no start is known; empty of an extract",
+     lambda it: it.in_words[0]),
+    ("ends_in_words", Maybe(str), "its end, in the same way", lambda it: it.in_words[1]),
+    ("carries_in_words", Maybe(str), "when work that the crane does not do carries, in the same way",
+     lambda it: (found := it.times and it.times.of_work([it.lift.order])) and it.times.in_words(found[2])),
+    ("needed_by_in_words", Maybe(str), "when a part that the crane does not set is needed, in the same way",
+     lambda it: it.times and it.times.clock_in_words(needed_ns(it.source.motions, it.lift))),
 )  # fmt: skip
 
 
@@ -178,6 +191,7 @@ def _document(log: PlanLog, dates: PlanDates | None) -> dict[str, Any]:
             "site_to_ifc": site.site_to_ifc.tolist(),
         },
         "calendar": dates.document() if dates else None,
+        "time": times.time if (times := dates or log_times(log)) else None,
         "deliveries": delivery_records(log, dates),
         "lifts": [],
         "clashes": [
@@ -206,11 +220,17 @@ def _samples(log: PlanLog) -> Iterator[tuple[Lift, list[tuple[Any, ...]]]]:
 
 def _lift_records(log: PlanLog, dates: PlanDates | None) -> list[dict[str, Any]]:
     tracks = {track.lift.order: track for track in tracks_of(log)}
-    motions = {motion.order: motion for motion in log.motions}
+    motions, times = {motion.order: motion for motion in log.motions}, dates or log_times(log)
     return [
         LIFT.of(
             _Exported(
-                log, lift, motions.get(lift.order), log.steps.of_order.get(lift.order), dates, tracks.get(lift.order)
+                log,
+                lift,
+                motions.get(lift.order),
+                log.steps.of_order.get(lift.order),
+                dates,
+                tracks.get(lift.order),
+                times,
             )
         )
         for lift in log.plan.lifts

@@ -11,7 +11,7 @@ from itertools import chain
 from operator import itemgetter
 from typing import Any
 
-from bimvox.records.declared import Count, Record
+from bimvox.records.declared import Count, Maybe, Record
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.programme import PERCENTILES, TaskDates, Weather, added_ns
@@ -340,10 +340,15 @@ class PlanDates:
         return self.moment(min(begins_ns)), self.moment(max(ends_ns)), self.moment(max(carries_ns))
 
     def with_dates(self, group: NotLifted) -> dict[str, object]:
-        """Return a group of parts that the crane does not lift for the JSON documents, with its dates."""
-        found = self.of_work(lift.order for lift in group.lifts)
-        keys = ("begins_at", "ends_at", "carries_at")
-        return {**group.to_dict(), **dict(zip(keys, [at.isoformat() for at in found or ()], strict=False))}
+        """Return a group of parts that the crane does not lift for the JSON documents, with its dates and in words."""
+        found = self.of_work(lift.order for lift in group.lifts) or ()
+        times = dict(zip(("begins", "ends", "carries"), found, strict=False))
+        return {
+            **group.to_dict(),
+            **({f"{name}_at": at.isoformat() for name, at in times.items()} if self.is_dated else {}),
+            **{f"{name}_in_words": self.in_words(at) for name, at in times.items()},
+            "needed_by_in_words": self.clock_in_words(group.needed_by_ns),
+        }
 
     @property
     def first(self) -> datetime:
@@ -489,6 +494,8 @@ TIME = Record(
      lambda it: round(it.crane_ns / _NS_PER_H, 6)),
     ("unloading_hours", float, "Hours of the crane to unload deliveries, in addition.",
      lambda it: round((it.unloading.seconds if it.unloading else 0.0) / 3600.0, 6)),
+    ("unloading", Maybe(dict[str, Any]), "The lorries and their unloading.",
+     lambda it: it.unloading and asdict(it.unloading)),
     ("span_in_words", str, "Begin, end and working days in one line.", _span_in_words),
     ("hours_in_words", str, "The hours of the crane in one line.", _hours_in_words),
 )  # fmt: skip

@@ -25,7 +25,7 @@ from bimvox.progress import Progress
 from bimvox.records.dates import PlanDates
 from bimvox.records.lift import LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
-from bimvox.records.steps import NotLifted, needed_by_ns, not_lifted_groups
+from bimvox.records.steps import needed_by_ns, not_lifted_groups
 from bimvox.records.unloading import deliveries_of
 from bimvox.remarks.proven_props import proven_props
 from bimvox.rendering.page.lifts import governing
@@ -128,7 +128,7 @@ def _document_of(
         "lifts": lifts,
         "infeasible": infeasible_lifts(proven.plan, proven.motions, times),
         "not_lifted": [
-            (times.with_dates(one) if times and times.is_dated else one.to_dict()) | _when_in_all(times, one)
+            times.with_dates(one) if times else one.to_dict()
             for one in not_lifted_groups(site, proven.plan.lifts, proven.motions, steps)
         ],
         "time": times.time if times else None,
@@ -160,18 +160,6 @@ def _seen(site: Site, motion: LiftMotion | None) -> dict[str, Any]:
 def _when(times: PlanDates | None, order: int) -> dict[str, str]:
     words = times and times.span_in_words(order)
     return dict(zip(("begins_in_words", "ends_in_words"), words, strict=True)) if words else {}
-
-
-def _when_in_all(times: PlanDates | None, group: NotLifted) -> dict[str, str | None]:
-    """Return when the work at a group of parts begins and when all of them carry, and when the first is needed."""
-    if times is None:
-        return {}
-    begins, _, carries = times.of_work(lift.order for lift in group.lifts) or (None, None, None)
-    return {
-        "begins_in_words": begins and times.in_words(begins),
-        "carries_in_words": carries and times.in_words(carries),
-        "needed_by_in_words": times.clock_in_words(group.needed_by_ns),
-    }
 
 
 def _deliveries(plan: LiftPlan, times: PlanDates) -> list[dict[str, Any]]:

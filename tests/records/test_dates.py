@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import date, datetime, time, timedelta
 from itertools import pairwise
 from types import SimpleNamespace
@@ -14,6 +15,7 @@ from two_cranes import two_crane_plan
 
 from bimvox.records.dates import Crew, PlanDates, WorkTime, blocks_of, crew_hours, dates_of, hire_days
 from bimvox.records.steps import Pause, Step, Steps
+from bimvox.records.unloading import Unloading
 from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.means import Means
 from bimvox.site.working_hours import DAYS
@@ -395,3 +397,30 @@ def test_the_first_erection_crew_unloads_if_nobody_else_is_stated():
 
 def test_a_crew_without_work_has_no_line():
     assert hours(site_of("only"), [], erection_people=4, unloading_people=2) == ()
+
+
+def test_the_time_of_a_plan_is_begin_end_working_days_and_hours_of_the_crane():
+    found = dated(calendar_of(), [3600, 9 * 3600])
+    assert found.time["begins"] == "Mon 9 March 2026 07:00"
+    assert found.time["crane_hours"] == 10.0
+    assert found.time["hours_in_words"] == "10.0 crane hours"
+    assert found.time["span_in_words"] == f"Mon 9 March 2026 07:00 to {found.end_in_words}"
+
+
+def test_without_a_start_working_days_are_numbered_and_weekends_are_none():
+    calendar = CalendarConfig(unloading_s=0.0, weather_days=(0.0,) * 12)
+    lifts, motions = lifts_of([3600] * 50)
+    assert dates_of(calendar, SITE, lifts, motions, Steps()) is None
+    found = dates_of(calendar, SITE, lifts, motions, Steps(), numbered=True)
+    assert found is not None and not found.is_dated
+    assert found.time["begins"] == "day 1 07:00"
+    days = [found.span_in_words(order)[0].split()[1] for order in range(50)]
+    assert sorted(set(map(int, days))) == list(range(1, found.working_days + 1))
+    assert found.working_days > 5, "over a weekend"
+    assert found.percentiles == ()
+
+
+def test_hours_to_unload_are_told_apart():
+    unloading = Unloading(1, 1, None, None, None, None, seconds=1800.0, is_by_crane=False)
+    found = replace(dated(calendar_of(), [3600]), unloading=unloading)
+    assert found.time["hours_in_words"] == "1.0 crane hours to lift and 0.5 to unload"

@@ -20,7 +20,6 @@ from number_words import (
     clock,
     counted,
     date,
-    elapsed,
     fixed,
     metres,
     percent,
@@ -35,6 +34,11 @@ from bimvox.log.reader import read_log
 
 Row = tuple[str, str]
 S = 1e-9
+
+
+def when(lift: dict[str, Any], key: str, clock_key: str) -> str:
+    """When something is, in words; without a crane on the clock of the log."""
+    return str(lift[f"{key}_in_words"] or clock(lift[clock_key]))
 
 
 class Logged:
@@ -134,7 +138,7 @@ class Logged:
             return []
         words = [
             f"Delivery {number + 1}: {counted(len(own), 'part')} unloaded by the crane",
-            f"{span(sum(one['unloading_s'] for one in own))} of crane time before its first lift",
+            f"{span(sum(one['unloading_s'] for one in own))} of the crane before its first lift",
             f"radius up to {metres(max(one['truck_radius_m'] for one in own))}, "
             f"up to {percent(max(one['truck_utilisation'] for one in own))} of the capacity",
         ]
@@ -187,10 +191,10 @@ class Logged:
             rows += [
                 ("Utilisation", f"{fixed(use['share'] * 100, 1)} %"),
                 ("On the hook", f"{tonnes(use['load_kg'])} with rigging and hook block"),
-                ("Capacity", f"{tonnes(use['kg'])} at {metres(use['radius_m'])}"),
+                ("Gross capacity", f"{tonnes(use['kg'])} at {metres(use['radius_m'])}"),
                 ("Permitted wind", f"up to {fixed(wind, 1)} m/s"),
                 ("Governing sample", clock(use["time_s"])),
-                ("Begins", clock(lift["start_s"])),
+                ("Begins", when(lift, "begins", "start_s")),
                 ("Whole lift", span(lift["duration_s"])),
                 ("Heading", lift["heading"] or ""),
                 ("Carrying", span(carrying)),
@@ -198,7 +202,7 @@ class Logged:
             ]
         elif lift["duration_s"] is not None:
             whole = f"{span(lift['duration_s'])} (nominal, 1 s per move)"
-            rows += [("Begins", clock(lift["start_s"])), ("Whole lift", whole)]
+            rows += [("Begins", when(lift, "begins", "start_s")), ("Whole lift", whole)]
         shortest = lift["shortest_moves"]
         rows += [
             (
@@ -226,7 +230,7 @@ class Logged:
         rows, said = self.part_rows(lift), [lift["name"] or lift["global_id"]]
         words = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", lift["ifc_class"].removeprefix("Ifc")).lower().capitalize()
         said.append(f"{words}, lift {lift['number']} of {len(self.lifts)}")
-        by = "" if lift["needed_by_s"] is None else f", by {clock(lift['needed_by_s'])}"
+        by = "" if lift["needed_by_s"] is None else f", by {when(lift, 'needed_by', 'needed_by_s')}"
         if lift["status"] == "planned":
             rows += self.lift_rows(lift)
             said.append(self._proof(lift))
@@ -242,19 +246,14 @@ class Logged:
         else:
             said.append(f"{sentence(lift['reason'])}. It is needed after all earlier parts of the sequence{by}.")
             if lift["carries_s"] is not None:
-                begins, ends, carries = (
-                    elapsed(lift[key]) for key in ("elapsed_start_s", "elapsed_end_s", "carries_s")
-                )
-                said.append(
-                    f"In elapsed time, the work begins at {begins} and ends at {ends}; "
-                    f"it carries what rests on it from {carries}."
-                )
+                begins, ends, carries = (lift[f"{key}_in_words"] for key in ("begins", "ends", "carries"))
+                said.append(f"The work begins {begins} and ends {ends}; it carries what rests on it from {carries}.")
         for remark in self.remarks:
             if remark["component"] == lift["component"]:
                 kind = "Note" if remark["severity"] == "note" else f"Remark, {remark['severity']}"
                 said.append(f"{kind}: {remark['text']}")
         if lift["start_s"] is not None:
-            said.append(f"Go to this lift, {clock(lift['start_s'])}")
+            said.append(f"Go to this lift, {when(lift, 'begins', 'start_s')}")
         if lift["order"] in self.motions:
             said.append(f"{percent(self.governing(lift)['share'])} of the capacity used")
         return rows, said
@@ -291,22 +290,16 @@ class Logged:
         """The rows of the whole plan."""
         site, verified = self.site, self.verified
         bad = sum(lift["status"] == "infeasible" for lift in self.lifts)
-        pauses = sum(pause["length_s"] for pause in verified["pauses"])
+        told = self.json["time"]
         lifted = [lift for lift in self.lifts if lift["status"] == "planned"]
         rows = [
             ("Model", str(site.source.get("name", ""))),
             ("Log", self.log.name),
             ("Planned", f"{len(lifted)} of {counted(len(self.lifts), 'lift')}"),
             ("Infeasible", str(bad)),
-            (
-                "Crane time",
-                span(self.ends_s - self.begins_s) if self.motions else "no crane: nominal times, 1 s per move",
-            ),
+            ("Time", told["span_in_words"] if told else "no crane: nominal times, 1 s per move"),
+            ("Work", told["hours_in_words"] if told else ""),
         ]
-        if verified["steps"] or pauses:
-            last = max(filter(None, (lift["elapsed_end_s"] for lift in self.lifts)))
-            idle = f"; the crane pauses {elapsed(pauses)} for work cast in place or set by hand" if pauses else ""
-            rows.append(("Elapsed", f"{elapsed(last)}{idle}"))
         if len(verified["cranes"]) < 2:
             rows += [("Crane", crane.name) for crane in site.cranes]
         else:

@@ -35,12 +35,6 @@ def span(seconds: float) -> str:
     return f"{whole // 60} min {whole % 60} s" if whole < 3600 else f"{minutes // 60} h {minutes % 60} min"
 
 
-def elapsed(seconds: float) -> str:
-    hours = near(abs(seconds) / 3600)
-    before = " before the first lift" if seconds < -0.5 else ""
-    return (f"{hours // 24} d {hours % 24} h" if abs(seconds) >= 86400 else clock(abs(seconds))) + before
-
-
 def tonnes(kg: float) -> str:
     return f"{fixed(kg, 0)} kg" if kg < 1000 else f"{fixed(kg / 1000, 2)} t"
 

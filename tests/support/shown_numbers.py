@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from logged_numbers import Logged, Row
-from number_words import clock, counted, date, fixed, metres, span
+from number_words import clock, counted, date, fixed, metres
 from seen_pages import Seen
 
 STILL_M = 0.05
@@ -90,7 +90,8 @@ def differences(seen: Seen, logged: Logged) -> Differences:
 
 def _header(seen: Seen, logged: Logged, found: Differences) -> None:
     counts = [sum(lift["status"] == status for lift in logged.lifts) for status in ("planned", "infeasible")]
-    time = f"{span(logged.ends_s - logged.begins_s)} of crane time" if logged.motions else "no crane"
+    told = logged.json["time"]
+    time = f"{told['span_in_words']}, {told['hours_in_words']}" if told else "no crane"
     sha = hashlib.sha256(logged.log.read_bytes()).hexdigest()
     planned = f"{counted(counts[0], 'lift')} planned, {counts[1]} infeasible"
     facts = f"{planned} · {time} · log {logged.log.name}, SHA-256 {sha[:12]}…"
@@ -217,10 +218,11 @@ def _time(seen: Seen, logged: Logged, found: Differences) -> None:
         )
         found.same(where, seen.text("#clock"), clock(at[0]))
         words = seen.text("#now span").split(" · ")
-        found.same(where, words[0], clock(at[0]))
         if lift["begins"]:
             since = timedelta(seconds=at[0] - lift["start_s"])
-            found.same(f"{where}, date", words[1], date((datetime.fromisoformat(lift["begins"]) + since).isoformat()))
+            found.same(f"{where}, date", words[0], date((datetime.fromisoformat(lift["begins"]) + since).isoformat()))
+        elif lift["begins_in_words"] and at[1]:
+            found.same(where, words[0], lift["begins_in_words"])
         _hook_at(seen, logged, lift, found)
 
 

@@ -6,7 +6,7 @@ import base64
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, time, timedelta
 from typing import Any, Literal
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bimvox.grid.frame import Label
 from bimvox.grid.summed_area import boxes_of
-from bimvox.records.dates import PlanDates
+from bimvox.records.dates import TIME, PlanDates
 from bimvox.records.declared import LATER, Count, Maybe, Record, Several
 from bimvox.records.lift import Lift, Status, by_change
 from bimvox.records.proof import REMARK
@@ -179,7 +179,12 @@ _REVISION = Record(
     ("paused_s", float, "How long the crane pauses.", lambda it, _: it.steps.paused_ns / 1e9),
     ("dates", tuple[tuple[float, float, float], ...],
      "Of each block of lifts: begin and end, crane time, and its begin in local time, seconds after 1970.",
-     lambda it, _: _blocks(it.dates) if it.dates else None, ()),
+     lambda it, _: _blocks(it.times) if it.times else None, ()),
+    ("days", tuple[float, ...],
+     "Midnights of its working days, local time: told by their numbers, because the day of the start is not known.",
+     lambda it, _: _numbered_days(it.times) if it.times and not it.times.is_dated else None, ()),
+    ("time", Maybe(TIME), "When it is carried out; none of an extract, or without a crane.",
+     lambda it, _: it.times and it.times.time, None),
     ("deliveries", Several(DELIVERY), "What the crane unloads; none if no place for trucks is known.",
      lambda _, made: made.deliveries or None, ()),
     ("lifts", Several(LIFT), "All lifts in their order.", lambda _, made: made.lifts),
@@ -336,6 +341,14 @@ def _blocks(dates: PlanDates) -> list[list[float]]:
         [block.begins_ns / 1e9, block.ends_ns / 1e9, (dates.moment(start_ns) - datetime(1970, 1, 1)).total_seconds()]
         for block, start_ns in dates.blocks
     ]
+
+
+def _numbered_days(times: PlanDates) -> list[float]:
+    """Return the midnights of the working days from the start until all carries, seconds after 1970."""
+    carries = (times.moment(at_ns) for _, _, at_ns in times.steps.values())
+    first, last = times.begins.date(), max([times.last, *carries]).date()
+    days = (first + timedelta(days=n) for n in range((last - first).days + 1))
+    return [local_s(datetime.combine(day, time())) for day in days if times.hours.works(day)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

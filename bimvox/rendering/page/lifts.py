@@ -58,13 +58,7 @@ _STEP = Record(
     ("begins_s", float, "When it begins."),
     ("ends_s", float, "When it ends."),
     ("carries_s", float, "From when it carries."),
-    (
-        "local_s",
-        tuple[float, float, float],
-        "The same three times in local time, seconds after 1970; with dates.",
-        LATER,
-        None,
-    ),
+    ("in_words", Maybe(tuple[str, str, str]), "The same three times in words; null of an extract.", LATER),
 )
 UNLOADING = Record(
     "PageUnloading",
@@ -150,6 +144,10 @@ LIFT = Record(
     ("by_other_means", bool, "Whether it counts as set by other means.", "lift.by_other_means"),
     ("needed_by_s", Maybe(float), "When such a part is needed, crane time.",
      lambda it: _needed_by_s(it.source.motions, it.lift)),
+    ("needed_by_in_words", Maybe(str), "The same in words.",
+     lambda it: it.source.times and it.source.times.clock_in_words(needed_ns(it.source.motions, it.lift)), None),
+    ("begins_in_words", Maybe(str), "When it starts, in words; none of an extract, or without a crane.",
+     lambda it: ((it.source.times and it.source.times.span_in_words(it.lift.order)) or (None,))[0], None),
     ("elapsed_s", Maybe(float), "When it starts, elapsed time.",
      lambda it: it.motion and it.source.steps.starting_ns(it.motion.start_ns) / 1e9),
     ("step", Maybe(_STEP), "Its times, if the crane does not lift it.",
@@ -196,8 +194,9 @@ LIFT = Record(
 
 
 def _step(revision: Revision, step: Step) -> dict[str, Any]:
-    found = revision.dates and revision.dates.of_work([step.order])
-    return step.seconds() | ({"local_s": [local_s(at) for at in found]} if found else {})
+    times = revision.times
+    found = times and times.of_work([step.order])
+    return step.seconds() | {"in_words": [times.in_words(at) for at in found] if times and found else None}
 
 
 def local_s(at: datetime) -> float:
@@ -212,8 +211,13 @@ def lift_record(revision: Revision, lift: Lift) -> dict[str, Any]:
 
 
 def _needed_by_s(motions: Sequence[LiftMotion], lift: Lift) -> float | None:
-    at_ns = needed_by_ns([lift], motions).get(lift.order)
+    at_ns = needed_ns(motions, lift)
     return None if at_ns is None else at_ns / 1e9
+
+
+def needed_ns(motions: Sequence[LiftMotion], lift: Lift) -> int | None:
+    """Return when a part that the crane does not set is needed, on the site's clock; None if not known."""
+    return needed_by_ns([lift], motions).get(lift.order)
 
 
 def is_critical(record: dict[str, Any], share: float) -> bool:

@@ -13,7 +13,6 @@ from importlib.resources import files
 from bimvox.rendering.page.document import document_of
 from bimvox.rendering.page.source import PageSource
 from bimvox.rendering.words import counted, escape, hours
-from bimvox.units import elapsed
 
 _LEVEL = 9
 
@@ -81,12 +80,10 @@ def _summary(source: PageSource) -> str:
     shown = source.revisions[-1]
     planned = sum(lift.path_vox is not None for lift in shown.lifts)
     words = f"{counted(planned, 'lift')} planned, {shown.infeasible} infeasible"
-    if shown.motions:
+    if shown.times:
+        words += ", {span_in_words}, {hours_in_words}".format(**shown.times.time)
+    elif shown.motions:
         words += f", {hours(max(motion.end_ns for motion in shown.motions))} of crane time"
-        if shown.dates:
-            words += f", {shown.dates.end_in_words}"
-        elif shown.steps.pauses:
-            words += f", {elapsed(shown.steps.elapsed_ns(shown.motions) / 1e9)} elapsed"
     return f"{words}; {shown.verdict.line}. Log {shown.log}, SHA-256 {shown.sha256}."
 
 

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 
 from bimvox.motion.steps import steps_of_log
-from bimvox.records.dates import PlanDates
+from bimvox.records.dates import PlanDates, dates_of
 from bimvox.records.lift import Lift, LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
 from bimvox.records.proof import Remark, Severity, Verification, are_clean, in_words
@@ -18,6 +18,7 @@ from bimvox.remarks.conditions import conditions_of
 from bimvox.remarks.not_covered import NotCovered, not_covered_by
 from bimvox.remarks.proven_props import proven_props
 from bimvox.rendering.words import counted
+from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.config.site_config import SiteConfig
 
 
@@ -123,6 +124,8 @@ class Revision:
         dates: The plan in calendar time; None if its start is not known.
         config: The site file that the log carries; None if it carries none that can be read.
         steps: The steps of work that the crane does not do, and its pauses.
+        times: The dates, or the times by numbered working days if the start is not known; None of an extract, or
+            without a crane.
     """
 
     number: int
@@ -138,6 +141,7 @@ class Revision:
     dates: PlanDates | None = None
     config: SiteConfig | None = None
     steps: Steps = field(init=False)
+    times: PlanDates | None = field(init=False)
 
     @property
     def props(self) -> Props:
@@ -151,6 +155,11 @@ class Revision:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "steps", steps_of_log(self.plan, self.motions, self.context))
+        calendar = self.config.calendar if self.config else CalendarConfig()
+        known = self.dates
+        if known is None and not self.context:
+            known = dates_of(calendar, self.plan.site, self.plan.lifts, self.motions, self.steps, numbered=True)
+        object.__setattr__(self, "times", known)
 
     @property
     def lifts(self) -> tuple[Lift, ...]:

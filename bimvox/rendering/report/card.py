@@ -104,7 +104,7 @@ def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> lis
     place = _LYING.get(lift["stored"], "")
     place += f", delivery {lift['delivery'] + 1}" if lift["delivery"] is not None else ""
     place += "".join(f", {what} {lift[what]}" for what in ("stack", "rack") if lift[what])
-    begins = escape(lift["begins_at"]) if lift["begins_at"] else f"at {clock(lift['begins_s'])} crane time"
+    begins = escape(lift["begins_in_words"] or f"at {clock(lift['begins_s'])} on the clock of the log")
     return [
         (
             "Part",
@@ -123,7 +123,7 @@ def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> lis
         ("On the hook", f"{value(governs, 'load_kg', tonnes)} t with rigging and hook block"),
         (
             "Radius",
-            f"{value(governs, 'radius_m', 2)} m governs, capacity {value(governs, 'capacity_kg', tonnes)} t"
+            f"{value(governs, 'radius_m', 2)} m governs, gross capacity {value(governs, 'capacity_kg', tonnes)} t"
             + (f" in sector {escape(governs['sector'])}" if governs["sector"] else ""),
         ),
         ("Use", used),

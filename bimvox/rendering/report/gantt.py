@@ -8,7 +8,6 @@ the same records (``page/lifts.py``), and neither computes them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from datetime import datetime
 from itertools import groupby
 from typing import Any
 
@@ -43,7 +42,7 @@ def gantt_chart(lifts: Sequence[dict[str, Any]]) -> str:
             _label(label if len(label) <= 36 else label[:35] + "…", y, critical=bool(mark)),
             *chart.phases(spans, y),
         ]
-        words = f"Lift {lift['number']}, {named(lift)}: {clock(lift['begins_s'])} to {clock(lift['ends_s'])}"
+        words = f"Lift {lift['number']}, {named(lift)}: {_from_to(lift, lift)}"
         chart.parts.append(element("g", element("title", escape(words)), *bars, data_order=lift["order"]))
     return chart.svg(f"Gantt chart of lifts {timed[0]['number']} to {timed[-1]['number']}")
 
@@ -79,9 +78,16 @@ def _grouped_chart(lifts: Sequence[dict[str, Any]]) -> str:
         bars = [_label(f"{mark}{label}: {len(own)}"[:40], y, critical=bool(mark))]
         bars.append(chart.bar("empty", first, last, y, 5.5))
         bars += [chart.bar("carrying", *span, y, 2.0) for span in _touching(own, 1.0 / chart.scale)]
-        title = element("title", escape(f"{label}: {len(own)} lifts, {clock(first)} to {clock(last)}"))
+        ends = max(own, key=lambda lift: float(lift["ends_s"]))
+        title = element("title", escape(f"{label}: {len(own)} lifts, {_from_to(own[0], ends)}"))
         chart.parts.append(element("g", title, *bars, data_lifts=len(own)))
     return chart.svg(f"Gantt chart of {len(lifts)} lifts by storey and class")
+
+
+def _from_to(first: dict[str, Any], last: dict[str, Any]) -> str:
+    """Return when the first of some lifts begins and the last ends."""
+    begins = first.get("begins_in_words") or clock(first["begins_s"])
+    return f"{begins} to {last.get('ends_in_words') or clock(last['ends_s'])}"
 
 
 def _label(words: str, y: float, *, critical: bool = False) -> str:
@@ -111,18 +117,17 @@ class _Chart:
         return [self.bar(kind, start, end, y, insets[kind]) for kind, start, end in _joined(spans)]
 
     def add_axis(self, lifts: Sequence[dict[str, Any]]) -> None:
-        """Draw round times; with dates the local times at which lifts start: nights and breaks have no width."""
-        if not lifts[0].get("begins_at"):
+        """Draw the times at which lifts start, whose nights and breaks have no width; round ones of an extract."""
+        if not lifts[0].get("begins_in_words"):
             for at_s in ticks(self.low, self.high, 9, _STEPS_S):
                 self._rule(self.x(at_s), clock(at_s))
             return
         last_x, day = -_WIDTH, ""
         for lift in sorted(lifts, key=lambda one: float(one["begins_s"])):
-            at, x = datetime.fromisoformat(lift["begins_at"]), self.x(lift["begins_s"])
+            (own, at), x = lift["begins_in_words"].rsplit(" ", 1), self.x(lift["begins_s"])
             if x - last_x >= _DATE_WIDTH:
-                words = f"{at:%H:%M}" if day == f"{at.date()}" else f"{at:%a} {at.day} {at:%b %H:%M}"
-                last_x, day = x, f"{at.date()}"
-                self._rule(x, words)
+                self._rule(x, at if own == day else f"{_short(own)} {at}")
+                last_x, day = x, own
 
     def add_days(self, days: Sequence[tuple[str, float, int]]) -> None:
         """Draw a line where each day begins, with its date and its number of lifts where there is room."""
@@ -132,8 +137,8 @@ class _Chart:
             x = self.x(begins_s)
             self._rule(x)
             if x - last_x >= _DAY_WIDTH:
-                at, last_x = datetime.fromisoformat(day), x
-                self.parts.append(text(f"{at:%a} {at.day} {at:%b}", x + 2.0, _TOP - 9.0, class_="tick"))
+                last_x = x
+                self.parts.append(text(_short(day), x + 2.0, _TOP - 9.0, class_="tick"))
                 self.parts.append(text(f"{count}", x + 2.0, _TOP + 4.0, class_="tick"))
 
     def _rule(self, x: float, words: str = "") -> None:
@@ -204,9 +209,13 @@ def _rows_of(lifts: Sequence[dict[str, Any]]) -> list[tuple[str, list[dict[str, 
 
 
 def _days_of(lifts: Sequence[dict[str, Any]]) -> list[tuple[str, float, int]]:
-    """Return local date, begin of the first lift on the plan's clock and number of lifts of each day; none undated."""
-    dated = sorted((lift for lift in lifts if lift.get("begins_at")), key=lambda lift: float(lift["begins_s"]))
-    return [
-        (day, own[0]["begins_s"], len(own))
-        for day, own in ((day, list(group)) for day, group in groupby(dated, lambda lift: str(lift["begins_at"])[:10]))
-    ]
+    """Return each day, begin of its first lift on the plan's clock, and its number of lifts; none of an extract."""
+    known = sorted((lift for lift in lifts if lift.get("begins_in_words")), key=lambda lift: float(lift["begins_s"]))
+    groups = groupby(known, lambda lift: str(lift["begins_in_words"]).rsplit(" ", 1)[0])
+    return [(day, own[0]["begins_s"], len(own)) for day, own in ((day, list(group)) for day, group in groups)]
+
+
+def _short(day: str) -> str:
+    """Return a day as an axis has room for it: ``Fri 13 Mar`` of ``Fri 13 March 2026``; ``day 4`` stays."""
+    parts = day.split(" ")
+    return " ".join((*parts[:2], parts[2][:3])) if len(parts) == 4 else day

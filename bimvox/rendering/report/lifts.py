@@ -104,16 +104,18 @@ def _use(lift: dict[str, Any], governs: dict[str, Any]) -> str:
     return number(used, f"{mark}{fixed(used * 100, 1)}", "utilisation") if used is not None else f"{mark}beyond"
 
 
-def _moment(_: dict[str, Any], governs: dict[str, Any]) -> str:
+def _moment(lift: dict[str, Any], governs: dict[str, Any]) -> str:
     phase = escape(PHASES.get(governs["phase"], governs["phase"])) if governs.get("phase") else ""
-    return f"{number(governs['time_s'], clock(governs['time_s']), 'governing_time_s')}<br>{phase}"
+    words = lift.get("governs_in_words") or clock(governs["time_s"])
+    return f"{number(governs['time_s'], words, 'governing_time_s')}<br>{phase}"
 
 
 def _times(lift: dict[str, Any]) -> str:
     if lift["begins_s"] is None:
         return number(None, "")
     length_s = lift["ends_s"] - lift["begins_s"]
-    begins = value(lift, "begins_s", clock)
+    words = lift.get("begins_in_words") or clock(lift["begins_s"])
+    begins = number(lift["begins_s"], words, "begins_s")
     return f"{begins}<br>{number(length_s, span(length_s), 'length_s')}"
 
 
@@ -142,7 +144,7 @@ _COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
     "Set point, hook\nx, y, z m; radius, slew": lambda lift: _hook(lift["set"], "set"),
     "Load\u00a0t\n+\u00a0rigging": _load,
     "Wind\u00a0up\u00a0to\nrig,\u00a0heading": _governed(_wind),
-    "Radius\u00a0m\ncapacity\u00a0t": _governed(_capacity),
+    "Radius\u00a0m\ngross capacity\u00a0t": _governed(_capacity),
     "Use\n%": _governed(_use),
     "Governing\nphase": _governed(_moment),
     "Begins\nlasts": _times,

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Sequence
 from datetime import datetime, timedelta
 from typing import Any
 
-from bimvox.records.dates import PlanDates, in_words
+from bimvox.records.dates import PlanDates
 from bimvox.records.props import Held
 from bimvox.rendering.page.source import Revision
-from bimvox.rendering.report.html import element, number, paragraph, row, section, table, tag, value
+from bimvox.rendering.report.html import element, number, paragraph, row, section, table, tag
 from bimvox.rendering.report.sheet import MARGIN_PX, Placed, Sheet, around, drawn, grid, line, scale_bar, sheet_for, tip
 from bimvox.rendering.report.words import fixed, ranges
 from bimvox.rendering.words import counted, escape
@@ -22,8 +22,6 @@ from bimvox.units import elapsed
 _MOST_PX = (500.0, 420.0)
 """Two drawings side by side fit a landscape A4 page."""
 _FOOT_PX = 2.5
-_MAY_GO = {False: "May go from\nelapsed", True: "May go from"}
-"""The head of a column of times or dates."""
 _UPRIGHT = frozenset((Work.COLUMN, Work.WALL))
 _HOLDS = {
     "bearing": "lie on what carries them",
@@ -38,7 +36,7 @@ def propped(revision: Revision) -> dict[str, Any] | None:
     site, props = revision.plan.site, revision.props
     if not props.held:
         return None
-    held = [one.document(site) | {"until_at": _until(revision, one)} for one in props.held]
+    held = [one.document(site) | _until(revision, one) for one in props.held]
     storeys: dict[str, list[Held]] = {}
     for one in props.propped:
         storeys.setdefault(site.components[one.component].storey or "", []).append(one)
@@ -71,13 +69,15 @@ def propped(revision: Revision) -> dict[str, Any] | None:
     return {**wind, "held": held, "needed": props.needed(), "total": dict(sorted(total.items())), "storeys": drawings}
 
 
-def _until(revision: Revision, held: Held) -> str | None:
-    """Return when people take props away in calendar time; None if they stay, or no dates are known."""
-    if revision.dates is None or not held.waits_for:
-        return None
-    carries = max(_carries(revision, revision.dates, n) for n in held.waits_for)
-    shifts = revision.dates.hours.stretches(carries)
-    return next((max(begins, carries) for begins, ends in shifts if ends > carries), carries).isoformat()
+def _until(revision: Revision, held: Held) -> dict[str, str | None]:
+    """Return when people take props away: date and words; None if they stay, or of an extract."""
+    times = revision.times
+    if times is None or not held.waits_for:
+        return {"until_at": None, "until_in_words": None}
+    carries = max(_carries(revision, times, n) for n in held.waits_for)
+    shifts = times.hours.stretches(carries)
+    at = next((max(begins, carries) for begins, ends in shifts if ends > carries), carries)
+    return {"until_at": at.isoformat() if times.is_dated else None, "until_in_words": times.in_words(at)}
 
 
 def _carries(revision: Revision, dates: PlanDates, component: int) -> datetime:
@@ -179,40 +179,29 @@ def _closed(held: Iterable[dict[str, Any]]) -> str:
         return ""
     numbers = ", ".join(ranges(one["number"] for one in shored))
     last = max(shored, key=lambda one: one["until_s"])
-    until = _when(last)
+    until = escape(_when(last))
     return paragraph(f"Shores close the floor below lifts {numbers} to other work until {until} at the latest.")
 
 
 def _steps(held: Iterable[dict[str, Any]]) -> str:
     """Return the steps in which props are taken away."""
-    groups: dict[tuple[str, float], list[dict[str, Any]]] = {}
+    groups: dict[str, list[dict[str, Any]]] = {}
     for one in sorted(held, key=lambda one: one["until_s"] or 0.0):
         if one["until_s"] is not None:
-            groups.setdefault((one["until_at"] or "", 0.0 if one["until_at"] else one["until_s"]), []).append(one)
+            groups.setdefault(_when(one), []).append(one)
     rows = []
-    for (at, _), those in sorted(groups.items()):
+    for when, those in groups.items():
         last_s, count = max(one["until_s"] for one in those), sum(len(one["props"]) for one in those)
         of = escape(", ".join(ranges(one["number"] for one in those)))
-        rows.append(
-            row(
-                [
-                    _date(at) if at else number(last_s, elapsed(last_s), "until_s"),
-                    number(count, f"{count}", "props"),
-                    of,
-                ]
-            )
-        )
-    head = (_MAY_GO[any(at for at, _ in groups)], "Props", "Of lifts")
-    return table(head, rows, class_="words narrow", id_="prop-steps") if rows else ""
-
-
-def _date(at: str) -> str:
-    return escape(in_words(datetime.fromisoformat(at)))
+        rows.append(row([number(last_s, when, "until_s"), number(count, f"{count}", "props"), of]))
+    return table(("May go from", "Props", "Of lifts"), rows, class_="words narrow", id_="prop-steps") if rows else ""
 
 
 def _when(held: dict[str, Any]) -> str:
-    """Return when props may go: a date, otherwise elapsed time."""
-    return _date(held["until_at"]) if held["until_at"] else f"elapsed {elapsed(held['until_s'])}"
+    """Return when props may go, in words; of an extract, whose working days are not known, on the clock of the log."""
+    if held["until_s"] is None:
+        return "as its designer says"
+    return str(held["until_in_words"] or elapsed(held["until_s"]))
 
 
 def _parts(held: Sequence[dict[str, Any]]) -> str:
@@ -223,17 +212,12 @@ def _parts(held: Sequence[dict[str, Any]]) -> str:
                 f"<b>{escape(one['name'] or one['component'])}</b>",
                 escape(one["words"]),
                 "<br>".join(_ends(prop) for prop in one["props"]),
-                _date(one["until_at"])
-                if one["until_at"]
-                else "as its designer says"
-                if one["until_s"] is None
-                else value(one, "until_s", elapsed),
+                escape(_when(one)) if one["until_s"] is None else number(one["until_s"], _when(one), "until_s"),
             ]
         )
         for one in held
     ]
-    may_go = _MAY_GO[all(one["until_at"] or one["until_s"] is None for one in held)]
-    head = ("Lift", "Part", "Held by", "Head to foot x, y, z m; load", may_go)
+    head = ("Lift", "Part", "Held by", "Head to foot x, y, z m; load", "May go from")
     return tag("div", table(head, rows, class_="words", id_="held"), "wide")
 
 
@@ -248,7 +232,7 @@ def props_of_lift(record: dict[str, Any], lift: dict[str, Any]) -> str:
     held = next((one for one in (record["props"] or {"held": ()})["held"] if one["component"] == lift["id"]), None)
     if held is None:
         return ""
-    until = "as its designer says" if held["until_s"] is None else _when(held)
+    until = escape(_when(held))
     places = "".join(f"<br>{_ends(prop)}" for prop in held["props"])
     return escape(held["words"]) + places + (f"<br>may go from {until}" if held["props"] else "")
 

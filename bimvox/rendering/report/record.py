@@ -15,7 +15,7 @@ from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.grid.frame import Label
 from bimvox.motion.figures import driven_rates, hook_travel_m, plan_figures
-from bimvox.records.dates import PlanDates, in_words
+from bimvox.records.dates import PlanDates
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.steps import Steps, not_lifted_groups
@@ -111,10 +111,10 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         **steps.documents(site),
         "props": propped(revision),
         "not_lifted": [
-            revision.dates.with_dates(one) if revision.dates else one.to_dict()
+            revision.times.with_dates(one) if revision.times else one.to_dict()
             for one in not_lifted_groups(site, revision.lifts, revision.motions, steps)
         ],
-        "deliveries": _deliveries(lifts, revision.dates),
+        "deliveries": _deliveries(lifts, revision.times),
         "verdict": revision.verdict.to_dict(),
         "conditions": list(revision.conditions),
         "not_covered": [line.to_dict() for line in revision.not_covered],
@@ -144,11 +144,23 @@ def _lift(revision: Revision, lift: Lift, motion: LiftMotion | None, critical_sh
         **_values(component, "storey", "mass_kg", "mass_source"),
         "critical": is_critical(record, critical_share),
         "begins_at": revision.dates.span(lift.order)[0] if revision.dates else None,
+        **_in_words(revision.times, record, lift.order),
         "begins_s": track.start_ns / 1e9 if track else None,
         "ends_s": track.end_ns / 1e9 if track else None,
         "hook_travel_m": hook_travel_m(revision.plan.site, motion) if motion else None,
         "phases": [[p.name.value, p.start_ns / 1e9, p.end_ns / 1e9] for p in motion.phases] if motion else [],
     }
+
+
+def _in_words(times: PlanDates | None, record: dict[str, Any], order: int) -> dict[str, Any]:
+    """Return when a lift begins, ends and is needed, and when its governing sample is, in words."""
+    begins, ends = (times and times.span_in_words(order)) or (None, None)
+    seconds = {"needed_by_in_words": record["needed_by_s"], "governs_in_words": (record["governs"] or {}).get("time_s")}
+    clocks = {
+        key: None if times is None or at_s is None else times.clock_in_words(round(at_s * 1e9))
+        for key, at_s in seconds.items()
+    }
+    return {"begins_in_words": begins, "ends_in_words": ends, **clocks}
 
 
 def _causes_first(lifts: list[dict[str, Any]]) -> list[int]:
@@ -251,6 +263,7 @@ def _totals(revision: Revision, lifts: list[dict[str, Any]]) -> dict[str, Any]:
         "proven": sum(lift["proven"] is True for lift in lifts),
         "timed_by": "crane" if revision.motions else "nominal",
         "total_s": max(ends) - min(begins) if begins else 0.0,
+        "time": revision.times.time if revision.times else None,
         "calendar": revision.dates.document() if revision.dates else None,
         "elapsed_s": revision.steps.elapsed_ns(revision.motions) / 1e9 if revision.steps != Steps() else None,
         "paused_s": revision.steps.paused_ns / 1e9,
@@ -303,7 +316,7 @@ def _methods(lifts: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _deliveries(lifts: list[dict[str, Any]], dates: PlanDates | None) -> list[dict[str, Any]]:
-    """Return the deliveries to the yard, each with its lifts, its stacks, and when it arrives, if dates are known."""
+    """Return the deliveries to the yard, each with its lifts, its stacks, and when it arrives, if times are known."""
     arrivals = {} if dates is None else dates.deliveries
     groups: dict[int, list[dict[str, Any]]] = {}
     for lift in lifts:
@@ -318,7 +331,9 @@ def _deliveries(lifts: list[dict[str, Any]], dates: PlanDates | None) -> list[di
             "ends_s": group[-1]["ends_s"],
             "stacks": len({lift["stack"] for lift in group} - {0}),
             "racks": len({lift["rack"] for lift in group} - {0}),
-            "arrives": in_words(dates.moment(arrivals[number][0])) if dates and number in arrivals else None,
+            "begins_in_words": group[0]["begins_in_words"],
+            "ends_in_words": group[-1]["ends_in_words"],
+            "arrives": dates.in_words(dates.moment(arrivals[number][0])) if dates and number in arrivals else None,
         }
         for number, group in sorted(groups.items())
     ]

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from datetime import datetime
 from typing import Any
 
 from bimvox.errors import listed
-from bimvox.records.dates import in_words
 from bimvox.records.unloading import Unloading
 from bimvox.rendering.report.gantt import crane_chart, gantt_chart
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms, value
@@ -17,7 +15,7 @@ from bimvox.rendering.report.words import CHECKS, METHODS, fixed, named, names_o
 from bimvox.rendering.words import counted, escape
 from bimvox.site.means import HOW
 from bimvox.site.site import with_names
-from bimvox.units import clock, elapsed
+from bimvox.units import elapsed
 
 _LISTED = 12
 _AMOUNTS = ("total", "crew", "hire", "lorries", "set_up")
@@ -39,22 +37,27 @@ def heading(record: dict[str, Any]) -> str:
 def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
     """Return terms and their values, escaped."""
     totals = record["totals"]
-    highest, travel, dates = totals["highest_utilisation"], totals["hook_travel_m"], totals["calendar"]
+    highest, travel = totals["highest_utilisation"], totals["hook_travel_m"]
     ratio = totals["compared_moves"] / totals["shortest_moves"] if totals["shortest_moves"] else None
 
     def count(key: str) -> str:
         return number(totals[key], fixed(totals[key], 0), key)
 
     nominal = "" if totals["timed_by"] == "crane" else " (nominal: no crane, 1 s per move)"
-    whole = value(totals, "total_s", span)
+    wanted = number(
+        totals["planned"] + totals["infeasible"], fixed(totals["planned"] + totals["infeasible"], 0), "wanted"
+    )
+    time, whole = totals["time"], value(totals, "total_s", span)
     critical_words = f"{count('critical')} ({percent(record['critical_share'], 0)} of the capacity or more)"
     heaviest = value(totals, "heaviest_kg", tonnes)
     return [
-        ("Lifts", f"{count('planned')} of {count('lifts')} parts planned, {count('infeasible')} infeasible"),
-        ("Total time", f"{whole}{nominal}"),
-        ("Dates", escape(f"{dates['begins_in_words']} to {dates['ends_in_words']}") if dates else ""),
-        ("On the hook", _on_hook(totals)),
-        ("Elapsed", _elapsed(totals)),
+        (
+            "Lifts",
+            f"{count('planned')} of {wanted} lifts planned, {count('infeasible')} infeasible; {count('lifts')} parts",
+        ),
+        ("Time", escape(time["span_in_words"]) if time else f"{whole}{nominal}"),
+        ("Work", _work(time) if time else ""),
+        ("Lorries", Unloading(**time["unloading"]).in_words if time and time["unloading"] else ""),
         ("Load in transit", number(totals["carrying_s"] or None, span(totals["carrying_s"]), "carrying_s")),
         ("Cranes", _cranes(totals["cranes"], totals["total_s"]) if "cranes" in totals else ""),
         ("Hook travel", number(travel, f"{fixed(travel / 1000, 2)} km", "hook_travel_m") if travel else ""),
@@ -76,13 +79,11 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
     ]
 
 
-def _on_hook(totals: dict[str, Any]) -> str:
-    """Return the hours on the hook, those of unloading apart, and the lorries; empty without dates or unloading."""
-    unloading = (totals["calendar"] or {}).get("unloading")
-    if not unloading or not unloading["seconds"]:
-        return ""
-    whole, lorries = span(totals["total_s"] + unloading["seconds"]), Unloading(**unloading).in_words
-    return f"{whole}, {span(unloading['seconds'])} of it unloading {lorries}"
+def _work(time: dict[str, Any]) -> str:
+    """Return the hours of the crane to lift, and to unload."""
+    lift = number(time["crane_hours"], fixed(time["crane_hours"], 1), "crane_hours")
+    unload = number(time["unloading_hours"], fixed(time["unloading_hours"], 1), "unloading_hours")
+    return f"{lift} crane hours" + (f" to lift and {unload} to unload" if time["unloading_hours"] else "")
 
 
 def _needed(totals: dict[str, Any]) -> str:
@@ -99,17 +100,6 @@ def _costs(cost: dict[str, Any]) -> str:
     hire = f"hire {amounts['hire']} for {counted(cost['hire_days'], 'day')} of the working week"
     parts = f"crew {amounts['crew']}, {hire}, lorries {amounts['lorries']}, set-up {amounts['set_up']}"
     return f"{amounts['total']} {escape(cost['currency'])}: {parts}<br>{escape(cost['source'])}"
-
-
-def _elapsed(totals: dict[str, Any]) -> str:
-    """Return the elapsed time, if the crane pauses, or work goes on without it; empty if dates say when work is."""
-    if totals["elapsed_s"] is None or totals["calendar"]:
-        return ""
-    if not totals["paused_s"]:
-        more = totals["elapsed_s"] - totals["total_s"] > 1.0
-        return value(totals, "elapsed_s", elapsed) if more else ""
-    paused = value(totals, "paused_s", elapsed)
-    return f"{value(totals, 'elapsed_s', elapsed)}, in which the crane pauses {paused}"
 
 
 def _cranes(cranes: Sequence[dict[str, Any]], whole_s: float) -> str:
@@ -145,7 +135,7 @@ def infeasible(record: dict[str, Any], pictures: Sequence[tuple[tuple[int, ...],
                 f"<b>{escape(named(lift))}</b><br>{tag('code', escape(lift['global_id']))}",
                 escape(lift["reason"] or "no reason is recorded"),
                 "<br>".join(_blocker(name, names) for name in lift["blocked_by"]) or "–",
-                "–" if lift["needed_by_s"] is None else clock(lift["needed_by_s"]),
+                _or_clock(lift, "needed_by"),
             ],
             "bad",
             data_order=str(lift["order"]),
@@ -181,34 +171,28 @@ def not_lifted(record: dict[str, Any]) -> str:
                 listed(ranges(group["numbers"]), _LISTED),
                 tonnes(group["mass_kg"]),
                 escape(group["reason"] or ""),
-                "–" if group["needed_by_s"] is None else clock(group["needed_by_s"]),
-                *(_when(group, key) for key in ("begins", "ends", "carries")),
+                *(_or_clock(group, key) for key in ("needed_by", "begins", "ends", "carries")),
                 "–" if group["material_lift_s"] is None else span(group["material_lift_s"]),
             ]
         )
         for group in groups
     ]
-    dated = any("begins_at" in group for group in groups)
-    kind = "" if dated else "\nelapsed"
-    work = (f"{name}{kind}" for name in ("Work begins", "Ends", "Carries"))
-    times = ("Needed by\ncrane time", *work, "Material lift\nwithout a path")
+    times = ("Needed by", "Work begins", "Ends", "Carries", "Material lift\nwithout a path")
     head = ("Means", "Storey", "Kind", "Parts", "Numbers", "Mass, t", "Why", *times)
     parts = sum(group["parts"] for group in groups)
     table_ = table(head, rows, class_="words", id_="not-lifted")
-    zero = "" if dated else "Times count from 0:00:00, when the crane starts work; a minus stands for work before that."
     return section(
         f"Not lifted singly: {counted(parts, 'part')} cast in place or set by hand",
-        paragraph(zero, "faint") if zero else "",
         table_,
         id="not-lifted-parts",
     )
 
 
-def _when(group: dict[str, Any], key: str) -> str:
-    """Return a time of work that the crane does not do: its date, otherwise elapsed time."""
-    if f"{key}_at" in group:
-        return escape(in_words(datetime.fromisoformat(group[f"{key}_at"])))
-    return "–" if group[f"{key}_s"] is None else elapsed(group[f"{key}_s"])
+def _or_clock(one: dict[str, Any], key: str) -> str:
+    """Return a time in words; of an extract, whose working days are not known, on the clock of the log."""
+    if words := one.get(f"{key}_in_words"):
+        return escape(words)
+    return "–" if one[f"{key}_s"] is None else elapsed(one[f"{key}_s"])
 
 
 def _blocker(name: str, names: dict[str, str]) -> str:
@@ -280,7 +264,7 @@ def deliveries(record: dict[str, Any]) -> str:
     rows = []
     for group in groups:
         orders = group["orders"]
-        when = "–" if group["begins_s"] is None else f"{clock(group['begins_s'])} to {clock(group['ends_s'])}"
+        when = " to ".join(_or_clock(group, key) for key in ("begins", "ends"))
         rows.append(
             row(
                 [

@@ -26,4 +26,10 @@ def test_blocks_of_lifts_have_the_dates_of_the_plan():
         read = datetime(1970, 1, 1) + timedelta(seconds=local_s + middle_s - begins_s)
         assert abs(read - dates.at(round(middle_s * 1e9))) <= timedelta(seconds=1)
     without, _ = document_of(PageSource((revision_of(log),)))
-    assert "dates" not in without["revisions"][0]
+    assert "days" not in record["revisions"][0]
+    numbered = without["revisions"][0]
+    assert len(numbered["dates"]) == len(blocks)
+    midnight_s, first_s = numbered["days"][0], numbered["dates"][0][2]
+    assert 0.0 < first_s - midnight_s < 86_400.0
+    assert numbered["time"]["begins"] == "day 1 07:00"
+    assert record["revisions"][0]["time"] == dates.time

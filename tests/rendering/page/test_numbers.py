@@ -94,7 +94,8 @@ def test_a_number_that_differs_is_found(browser, tmp_path):
     log = frame(tmp_path)
     seen = opened(browser, page_of(log))
     seen.page.evaluate(
-        "() => { window.page.plan.timed[0].governs.load_kg += 10; window.page.plan.revision.ends_s += 60; }"
+        "() => { window.page.plan.timed[0].governs.load_kg += 10; "
+        "window.page.plan.revision.time.hours_in_words = '1.0 crane hours'; }"
     )
     seen.page.evaluate("() => { window.page.header.render(); window.page.details.renderPlan(); }")
     found = differences(seen, Logged(log))
@@ -102,7 +103,7 @@ def test_a_number_that_differs_is_found(browser, tmp_path):
     assert [line.split(":")[0] for line in found.found] == [
         "header",
         f"card of lift {first}, On the hook",
-        "plan, Crane time",
+        "plan, Work",
     ]
     seen.page.context.close()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from datetime import date, datetime
+from datetime import date
 from pathlib import Path
 
 import pytest
@@ -18,7 +18,6 @@ from bimvox.rendering.page.lifts import lift_record
 from bimvox.rendering.report.gantt import gantt_chart
 from bimvox.rendering.report.record import record_of
 from bimvox.rendering.report.sections import heading, not_lifted
-from bimvox.rendering.report.words import span
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
 
 
@@ -44,15 +43,26 @@ def test_without_a_start_there_are_none():
     assert "Dates" not in heading(record)
 
 
-def test_the_hours_on_the_hook_include_the_unloading_of_all_lorries():
+def test_head_says_begin_end_working_days_and_crane_hours_with_unloading_apart():
     site_file = b"[calendar]\nstart = 2026-03-13\n"
     log = dataclasses.replace(tiny_log(crane=True), attachments={"site.toml": site_file})
     dates = log_dates(log)
     assert dates is not None and dates.unloading is not None
     assert dates.unloading.seconds == 1800.0 * dates.unloading.lorries > 0.0
-    record = record_of(dataclasses.replace(revision_of(log), dates=dates))
-    hook_s = record["totals"]["total_s"] + dates.unloading.seconds
-    assert f"On the hook</dt><dd>{span(hook_s)}, {span(dates.unloading.seconds)} of it unloading" in heading(record)
+    html = heading(record_of(dataclasses.replace(revision_of(log), dates=dates)))
+    assert f"<dt>Time</dt><dd>{dates.time['span_in_words']}</dd>" in html
+    assert re.sub("<[^>]*>", "", html).count(str(dates.time["hours_in_words"])) == 1
+    assert dates.unloading.in_words in html
+
+
+def test_without_a_start_the_same_is_told_by_numbered_working_days():
+    log = tiny_log(crane=True)
+    record = record_of(revision_of(log))
+    assert record["totals"]["time"]["begins"] == "day 1 07:00"
+    assert "<dt>Time</dt><dd>day 1 07:00 to day 1 " in heading(record)
+    timed = [lift for lift in record["lifts"] if lift["begins_s"] is not None]
+    assert all(lift["begins_in_words"].startswith("day 1 ") and lift["begins_at"] is None for lift in timed)
+    assert re.findall(r'class="tick"[^>]*>([^<]*)<', gantt_chart(record["lifts"]))[0] == timed[0]["begins_in_words"]
 
 
 def test_the_key_figures_have_the_costs_with_where_their_rates_come_from():
@@ -81,10 +91,9 @@ def test_with_dates_nothing_is_told_in_elapsed_time():
     html = heading(record) + not_lifted(record)
     assert in_words(begins) in html and in_words(ends) in html and in_words(carries) in html
     assert "elapsed" not in html.lower()
-    assert "elapsed" in not_lifted(without) and "begins_at" not in without["not_lifted"][0]
+    assert "elapsed" not in not_lifted(without) and "begins_at" not in without["not_lifted"][0]
+    assert without["not_lifted"][0]["carries_in_words"] in not_lifted(without)
+    assert without["not_lifted"][0]["carries_in_words"].startswith("day ")
     cast = next(lift for lift in dated.lifts if lift.order == step.order)
-    epoch = datetime(1970, 1, 1)
-    assert lift_record(dated, cast)["step"]["local_s"] == [
-        (at - epoch).total_seconds() for at in (begins, ends, carries)
-    ]
-    assert "local_s" not in lift_record(revision, cast)["step"]
+    assert lift_record(dated, cast)["step"]["in_words"] == [in_words(at) for at in (begins, ends, carries)]
+    assert all(words.startswith("day ") for words in lift_record(revision, cast)["step"]["in_words"])

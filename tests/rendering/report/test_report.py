@@ -16,7 +16,7 @@ from bimvox.crane.load_chart import capacity_kg
 from bimvox.rendering.report.gantt import LIFTS_A_CHART, ROWS, gantt_chart
 from bimvox.rendering.report.page import Figure, Figures, report_page
 from bimvox.rendering.report.record import record_of
-from bimvox.rendering.report.sections import heading, not_lifted
+from bimvox.rendering.report.sections import not_lifted
 
 
 def page_of(log, proof=None, *, critical_share: float = 0.75, figures: Figures | None = None) -> bytes:
@@ -65,7 +65,8 @@ def test_totals_and_shares_are_those_of_the_log():
     read = ReadReport(page_of(log, passed_proof()))
     totals = read.totals
     assert (totals["lifts"], totals["planned"], totals["infeasible"]) == (3, 2, 1)
-    assert totals["total_s"] == pytest.approx((log.motions[-1].end_ns - log.motions[0].start_ns) / 1e9)
+    clock_ns = log.motions[-1].end_ns - log.motions[0].start_ns
+    assert totals["crane_hours"] == pytest.approx(clock_ns / 3.6e12, abs=1e-6)
     assert (totals["lifts_policy"], totals["lifts_search"]) == (1, 1)
     assert (totals["share_policy"], totals["share_search"]) == (0.5, 0.5)
     moves = [(lift.moves, lift.shortest_moves) for lift in log.planned]
@@ -123,13 +124,15 @@ def test_an_infeasible_part_says_why_and_what_blocks_it():
     assert "without a picture" in ReadReport(page_of(log)).text
 
 
-def test_work_before_the_first_lift_says_what_zero_is():
+def test_work_without_a_lift_is_told_in_words_and_of_an_extract_on_the_clock():
     times = {"needed_by_s": 60.0, "begins_s": -7200.0, "ends_s": -3600.0, "carries_s": 0.0, "material_lift_s": None}
     group = {"means": "in_situ", "storey": "0", "kind": "Footing", "parts": 2, "mass_kg": 900.0, "reason": "so"}
     group["numbers"] = [1, 2]
-    html = not_lifted({"not_lifted": [group | times]})
-    assert "-2:00:00" in html
-    assert "0:00:00, when the crane starts work; a minus stands for work before that" in html
+    assert "-2:00:00" in not_lifted({"not_lifted": [group | times]})
+    words = {"begins_in_words": "day 1 07:00", "carries_in_words": "day 1 09:00", "needed_by_in_words": "day 1 10:01"}
+    html = not_lifted({"not_lifted": [group | times | words]})
+    assert all(one in html for one in words.values())
+    assert "-2:00:00" not in html
     assert not_lifted({"not_lifted": []}) == ""
 
 
@@ -235,16 +238,3 @@ def test_a_lift_beyond_the_chart_is_critical_above_all():
     read = ReadReport(page_of(log))
     assert len(read.record["critical"]) == len(log.motions)
     assert "beyond" in read.text
-
-
-@pytest.mark.parametrize(
-    ("elapsed_s", "paused_s", "words"),
-    [(None, 0.0, None), (100.0, 0.0, None), (3700.0, 0.0, ">1:01:40<"), (3700.0, 3600.0, "in which the crane pauses")],
-)
-def test_elapsed_time_is_told_only_if_it_says_something(elapsed_s, paused_s, words):
-    record = record_of(revision_of(tiny_log(crane=True)))
-    record["totals"] |= {"elapsed_s": elapsed_s, "paused_s": paused_s, "total_s": 100.0}
-    html = heading(record)
-    assert ("<dt>Elapsed</dt>" in html) == (words is not None)
-    assert words is None or words in html
-    assert "0:00:00" not in html

@@ -4,7 +4,7 @@ import { cranesOf } from "./cranes.mjs";
 import { HOW, deliveryWords } from "./plan.mjs";
 import { extent } from "./overlays.mjs";
 import { LOOKS, SCOPES, SEEN } from "./visibility.mjs";
-import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, digitsOf, elapsed, fixed, localDate, metres, nameOf, percent, point, sentence, span, tonnes, whole } from "./words.mjs";
+import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, digitsOf, elapsed, fixed, metres, nameOf, percent, point, sentence, span, tonnes, whole } from "./words.mjs";
 
 export class Details {
   constructor(app) {
@@ -61,7 +61,7 @@ export class Details {
       el("p", {}, `${classWords(part.ifc_class)}${lift ? `, lift ${lift.number} of ${app.plan.lifts.length}` : ""}`),
       lift ? (other ? this._notLifted(lift, other) : bad ? this._infeasible(lift) : this._proof(lift)) : null,
       ...app.remarks.about(index).map((remark) => el("p", { class: `aside ${remark.severity}` }, el("strong", {}, `${remark.severity === "note" ? "Note" : `Remark, ${remark.severity}`}: `), remark.text)),
-      motion ? el("p", { class: "links" }, el("button", { type: "button", onclick: () => app.seek(lift.begins_s) }, `Go to this lift, ${clock(lift.begins_s)}`)) : null,
+      motion ? el("p", { class: "links" }, el("button", { type: "button", onclick: () => app.seek(lift.begins_s) }, `Go to this lift, ${lift.begins_in_words ?? clock(lift.begins_s)}`)) : null,
       ...this._looks(index),
       el("h3", {}, "Part"),
       terms([
@@ -99,12 +99,12 @@ export class Details {
   }
 
   _notLifted(lift, words) {
-    const by = lift.needed_by_s === null ? "" : `, by ${clock(lift.needed_by_s)}`;
+    const by = lift.needed_by_s === null ? "" : `, by ${lift.needed_by_in_words ?? clock(lift.needed_by_s)}`;
     const { step } = lift;
     return el("div", { class: "aside", role: "note" },
       el("strong", {}, `No lift of the crane: ${words}.`),
       el("p", {}, `${sentence(lift.reason)}. It is needed after all earlier parts of the sequence${by}.`),
-      step?.local_s ? el("p", {}, `The work begins on ${localDate(step.local_s[0])} and ends on ${localDate(step.local_s[1])}; it carries what rests on it from ${localDate(step.local_s[2])}.`) : step ? el("p", {}, `In elapsed time, the work begins at ${elapsed(step.begins_s)} and ends at ${elapsed(step.ends_s)}; it carries what rests on it from ${elapsed(step.carries_s)}.`) : null,
+      step?.in_words ? el("p", {}, `The work begins ${step.in_words[0]} and ends ${step.in_words[1]}; it carries what rests on it from ${step.in_words[2]}.`) : step ? el("p", {}, `In elapsed time, the work begins at ${elapsed(step.begins_s)} and ends at ${elapsed(step.ends_s)}; it carries what rests on it from ${elapsed(step.carries_s)}.`) : null,
     ); // prettier-ignore
   }
 
@@ -113,7 +113,7 @@ export class Details {
     return el("div", { class: "warn", role: "note" },
       el("strong", {}, lift.by_other_means ? "NOT LIFTED: to be set by other means." : "INFEASIBLE: not lifted."),
       el("p", {}, sentence(lift.reason ?? "no reason is recorded.")),
-      lift.by_other_means ? el("p", {}, `It is needed after all earlier parts of the sequence${lift.needed_by_s === null ? "" : `, by ${clock(lift.needed_by_s)}`}; what rests on it is proven with it in place.`) : null,
+      lift.by_other_means ? el("p", {}, `It is needed after all earlier parts of the sequence${lift.needed_by_s === null ? "" : `, by ${lift.needed_by_in_words ?? clock(lift.needed_by_s)}`}; what rests on it is proven with it in place.`) : null,
       lift.blocked_by.length ? el("p", {}, "Blocked by (red in the view):") : null,
       lift.blocked_by.length ? el("div", { class: "links" }, ...lift.blocked_by.map((id) => this._link(id))) : null,
     ); // prettier-ignore
@@ -152,7 +152,7 @@ export class Details {
         terms([
           ["Utilisation", `${use.utilisation === null ? "beyond the chart" : `${fixed(use.utilisation * 100, 1)} %`}`],
           ["On the hook", `${tonnes(use.load_kg)} with rigging and hook block`],
-          ["Capacity", `${tonnes(use.capacity_kg)} at ${metres(use.radius_m)}`],
+          ["Gross capacity", `${tonnes(use.capacity_kg)} at ${metres(use.radius_m)}`],
           ["Permitted wind", lift.lifting?.permitted_wind_m_s ? `up to ${fixed(lift.lifting.permitted_wind_m_s, 1)} m/s` : null],
           ["Governing sample", el("button", { type: "button", onclick: () => app.seek(use.time_s), title: "Go there" }, clock(use.time_s))],
         ]),
@@ -164,7 +164,7 @@ export class Details {
         el("h3", {}, "Time"),
         terms([
           ["Crane", cranesOf(app.document).length > 1 ? cranesOf(app.document)[motion.crane ?? 0].name : null],
-          ["Begins", clock(lift.begins_s)],
+          ["Begins", lift.begins_in_words ?? clock(lift.begins_s)],
           ["Whole lift", nominal ? `${span(motion.length_s)} (nominal, 1 s per move)` : span(motion.length_s)],
           ["Heading", lift.heading],
           ["Carrying", lift.duration_s === null ? null : span(lift.duration_s)],
@@ -265,8 +265,8 @@ export class Details {
         ["Infeasible", String(revision.infeasible)],
         ["In this log", revision.carried < app.plan.lifts.length ? `${revision.carried} (it is an extract)` : null],
         ["Recovered", revision.metadata.recovered === "true" ? "recovered from a damaged log; some lifts may be missing" : null],
-        ["Crane time", revision.timed ? span(revision.ends_s - revision.begins_s) : "no crane: nominal times, 1 s per move"],
-        ["Elapsed", revision.elapsed_s === null || revision.dates ? null : `${elapsed(revision.elapsed_s)}${revision.paused_s ? `; the crane pauses ${elapsed(revision.paused_s)} for work cast in place or set by hand` : ""}`],
+        ["Time", revision.time ? revision.time.span_in_words : revision.timed ? span(revision.ends_s - revision.begins_s) : "no crane: nominal times, 1 s per move"],
+        ["Work", revision.time?.hours_in_words],
         ["Crane", cranesOf(app.document).length > 1 ? null : app.document.crane?.name],
         ...this._cranes(),
         ...this._overrides(),

@@ -90,7 +90,7 @@ export class Gantt {
     const long = ends - lift.begins_s;
     const part = app.parts[lift.part];
     const use = lift.governs?.utilisation ?? null;
-    const words = [`Lift ${lift.number}: ${nameOf(part)}`, part.storey, `${clock(lift.begins_s)} to ${clock(ends)}, ${span(long)}`, plan.dateAt(lift.begins_s), lift.governs && `${use === null ? "beyond the load chart" : `${percent(use)} of the capacity`}${lift.critical ? ", critical" : ""}`];
+    const words = [`Lift ${lift.number}: ${nameOf(part)}`, part.storey, `${plan.dateAt(lift.begins_s) ?? clock(lift.begins_s)}, ${span(long)}`, lift.governs && `${use === null ? "beyond the load chart" : `${percent(use)} of the capacity`}${lift.critical ? ", critical" : ""}`];
     const bar = el("button", { type: "button", tabindex: "-1", title: words.filter(Boolean).join("\n"), "aria-label": words.filter(Boolean).join(", "), "data-part": lift.part, onclick: () => this._choose(lift) }, el("span", {}, String(lift.number)));
     bar.className = lift.critical ? "hot-bar" : "";
     bar.style.left = `${100 * this._share(lift.begins_s)}%`;
@@ -222,7 +222,7 @@ export class Gantt {
     const blocks = plan.revision.dates ?? [];
     for (let at = Math.ceil(plan.begins / step) * step; at <= plan.ends && !blocks.length; at += step) ticks.push([at, clock(at).replace(/:00$/, ""), false]);
     for (const [begins, ends, at] of blocks) {
-      ticks.push([begins, localDate(at).replace(/ \d{4} /, " "), true]);
+      ticks.push([begins, plan.local(at).replace(/ \d{4} /, " "), true]);
       for (let hour = Math.ceil(at / step) * step; hour - at < ends - begins; hour += step) ticks.push([begins + hour - at, localDate(hour).slice(-5), false]);
     }
     const kept = [];

@@ -35,7 +35,7 @@ export class Header {
     byId("title").textContent = plain(site.model && site.model !== site.name ? `${site.name} · ${site.model}` : site.name);
     const facts = [
       `${counted(revision.planned, "lift")} planned, ${revision.infeasible} infeasible`,
-      revision.timed ? `${span(revision.ends_s - revision.begins_s)} of crane time` : "no crane",
+      revision.time ? `${revision.time.span_in_words}, ${revision.time.hours_in_words}` : revision.timed ? `${span(revision.ends_s - revision.begins_s)} of crane time` : "no crane",
       `log ${revision.log}, SHA-256 ${revision.sha256.slice(0, 12)}…`,
     ];
     byId("facts").textContent = plain(facts.join(" · "));

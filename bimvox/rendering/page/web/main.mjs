@@ -195,7 +195,7 @@ class App {
       return;
     }
     const phase = words.phase ? (PHASES[words.phase] ?? words.phase) : "";
-    fill(byId("now"), el("strong", {}, words.title), el("span", {}, [clock(this.time), this.plan.dateAt(this.time), phase].filter(Boolean).join(" · ")));
+    fill(byId("now"), el("strong", {}, words.title), el("span", {}, [this.plan.dateAt(this.time) ?? clock(this.time), phase].filter(Boolean).join(" · ")));
     const held = this.document.crane && this.scene?.hook;
     if (held) byId("now").title = `hook at ${held.map(metres).join(", ")}`;
   }

@@ -9,9 +9,9 @@ export function deliveryWords(plan, { number, begins_s: begins, ends_s: ends }) 
   const most = (key) => Math.max(...own.map((one) => one[key]));
   return [
     `Delivery ${number + 1}: ${counted(own.length, "part")} unloaded by the crane`,
-    `${span(own.reduce((sum, one) => sum + one.crane_s, 0))} of crane time before its first lift`,
+    `${span(own.reduce((sum, one) => sum + one.crane_s, 0))} of the crane before its first lift`,
     `radius up to ${metres(most("radius_m"))}, up to ${percent(most("utilisation"))} of the capacity`,
-    begins === null ? null : `${localDate(begins)} to ${localDate(ends)}`,
+    begins === null ? null : `${plan.local(begins)} to ${plan.local(ends)}`,
   ].filter(Boolean);
 }
 
@@ -37,12 +37,19 @@ export class Plan {
     this.ends = revision.ends_s;
   }
 
-  /** Date and time on the site at a time; between blocks of lifts that of the block's end. Null without a calendar. */
+  /** A local time in words: date and clock, or the number of the working day and clock. */
+  local(seconds) {
+    const days = this.revision.days ?? [];
+    if (!days.length) return localDate(seconds);
+    return `day ${Math.max(1, days.findLastIndex((midnight) => midnight <= seconds) + 1)} ${localDate(seconds).slice(-5)}`;
+  }
+
+  /** When it is on the site at a time; between blocks of lifts that of the block's end. Null of an extract. */
   dateAt(time) {
     const blocks = this.revision.dates ?? [];
     if (!blocks.length) return null;
     const [begins, ends, at] = blocks[Math.max(0, blocks.findLastIndex(([start]) => start <= time))];
-    return localDate(at + Math.min(Math.max(time, begins), ends) - begins);
+    return this.local(at + Math.min(Math.max(time, begins), ends) - begins);
   }
 
   motionOf(lift) {

@@ -22,7 +22,7 @@ const ROWS = [
   ["Can be lifted", ({ answer }) => (answer ? `${whole(answer.served)} of ${whole(answer.of)}` : "…")],
   ["Highest utilisation", ({ answer }) => (answer ? percent(answer.highest) : "…")],
   ["Problems", ({ answer }) => (answer ? whole(answer.problems.length) : "…")],
-  ["Hours of crane time", ({ figures }) => planned(figures, ({ hours }) => (hours === null ? "–" : fixed(hours, 1)))],
+  ["Crane hours", ({ figures }) => planned(figures, ({ hours }) => (hours === null ? "–" : fixed(hours, 1)))],
   ["Highest in the plan", ({ figures }) => planned(figures, ({ highest }) => percent(highest))],
   ["Critical lifts", ({ figures }) => planned(figures, ({ critical }) => whole(critical ?? 0))],
   ["Refused parts", ({ figures }) => planned(figures, ({ refused }) => whole(refused))],
