@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.schema import of_crane
 from bimvox.records.lift import Lift, Status, YardPlace
+from bimvox.records.motion import Stay, stays_of
 from bimvox.records.steps import needed_by_ns
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.page.motions import keyframes
@@ -168,6 +169,8 @@ def _crane(writer: _GltfWriter, log: PlanLog, number: int, crane: TowerCrane) ->
         name = of_crane("mast" if joint.child == "crane_base" else joint.child, number)
         mesh = writer.mesh(*_boxes(low, high), _CRANE_RGB) if boxes else None
         node = writer.node(name, mesh=mesh, translation_m=np.array(joint.origin_m), parent=parent)
+        if parent == 0 and log.plan.site.moving is not None:
+            _stays(writer, node, [stay for stay in stays_of(log.motions) if stay.crane == number])
         at = joints[:, joint.column]
         if joint.turns:
             _rotate(writer, node, times, at * joint.axis[joint.along], joint.along)
@@ -177,6 +180,15 @@ def _crane(writer: _GltfWriter, log: PlanLog, number: int, crane: TowerCrane) ->
             writer.move(node, "translation", times[kept], moved[kept])
         parent, rope_from = node, parent
     _rope(writer, of_crane("rope", number), rope_from, times, joints[:, 2])
+
+
+def _stays(writer: _GltfWriter, node: int, stays: Sequence[Stay]) -> None:
+    """Hide a crane that moves while it does not stand in a set-up."""
+    shown = {0: _GONE}
+    for stay in stays:
+        shown |= {stay.from_ns: 1.0} | ({} if stay.until_ns is None else {stay.until_ns: _GONE})
+    at_ns = sorted(shown)
+    writer.move(node, "scale", np.array(at_ns) / 1e9, np.array([[shown[at]] * 3 for at in at_ns]), steps=True)
 
 
 def _rotate(

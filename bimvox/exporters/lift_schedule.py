@@ -10,10 +10,11 @@ from math import floor
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
-from bimvox.records.dates import Crew, PlanDates, casting_crew, erection_crews, unloading_crew
+from bimvox.records.dates import Crew, PlanDates, casting_crew, crew_of, erection_crews, unloading_crew
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import Step, Steps, cured_ns
 from bimvox.records.track import LoadTrack
+from bimvox.site.component import Component
 from bimvox.site.means import HOW, Means
 from bimvox.site.site import Site
 from bimvox.site.work import kind_of
@@ -192,19 +193,43 @@ def schedule_of(
                 f"Lift {lift.number}: {component.name or component.id}",
                 f"{component.mass_kg:.0f} kg, {lift.moves} moves, path by {lift.method.value if lift.method else '?'}",
                 *_span_s(track, motions.get(lift.order), steps, dates),
-                component.crane,
+                _crane_of(site, component),
                 waits_for=tuple(sorted(carries.get(paused.get(lift.order, -1), ()))),
                 storey=component.storey,
                 kind=kind_of(component).value,
-                crew=erection[component.crane] if erection else None,
+                crew=erection[crew_of(site, component)] if erection else None,
             )
         )
     tasks.sort(key=lambda task: task.number)
     cranes = tuple(CraneResource(crane.name, _properties(crane)) for crane in site.cranes)
+    if site.moving is not None:
+        first = site.cranes[0]
+        places = (("SetUps", ", ".join(site.moving.names)),)
+        cranes = (CraneResource(first.machine or first.name, (*_properties(first), *places)),)
     return LiftSchedule(
         site.name, f"{site.digest} {log.revision}", dates.begins if dates else begins, tuple(tasks), cranes, dates,
-        _preparations(log, orders, dates) if dates else (),
+        (*_moves(log, orders, dates), *(_preparations(log, orders, dates) if dates else ())),
     )  # fmt: skip
+
+
+def _crane_of(site: Site, component: Component) -> int:
+    """Return the number of a part's crane among the resources: a crane that moves is one."""
+    return component.crane if site.moving is None else 0
+
+
+def _moves(log: PlanLog, orders: Collection[int], dates: PlanDates | None) -> tuple[Preparation, ...]:
+    """Return the moves of the crane before chosen lifts."""
+    site, found = log.plan.site, list[Preparation]()
+    for move in log.steps.moves:
+        if move.order not in orders or site.moving is None:
+            continue
+        one, other = (site.moving.names[n] for n in (move.come_from, move.goes_to))
+        span_ns = dates.moves[move.order] if dates else (move.begins_ns, move.ends_ns)
+        name = f"Move the crane from {one} to {other}: derig, drive, rig"
+        work_s = (move.ends_ns - move.begins_ns) / 1e9
+        begin_s, end_s = (at_ns / 1e9 for at_ns in span_ns)
+        found.append(Preparation(name, begin_s, end_s, work_s, move.order + 1, cranes=(0,)))
+    return tuple(found)
 
 
 def _preparations(log: PlanLog, orders: Collection[int], dates: PlanDates) -> tuple[Preparation, ...]:
@@ -224,7 +249,7 @@ def _preparations(log: PlanLog, orders: Collection[int], dates: PlanDates) -> tu
         name = f"Unload delivery {number + 1}: {len(own)} part{'' if len(own) == 1 else 's'}, {mass_kg / 1e3:.1f} t"
         work_s = dates.work.between(begin_ns, end_ns) / 1e9
         parts = (log.plan.site.components[lift.component] for lift in own)
-        cranes = tuple(sorted({part.crane for part in parts})) if dates.is_unloaded_by_crane else ()
+        cranes = tuple(sorted({_crane_of(log.plan.site, part) for part in parts})) if dates.is_unloaded_by_crane else ()
         found.append(
             Preparation(
                 name, begin_ns / 1e9, end_ns / 1e9, work_s, own[0].number, is_delivery=True, crew=crew, cranes=cranes

@@ -123,6 +123,10 @@ def _links(
     start, finish = row.times
     if isinstance(row.task, Preparation) and row.task.is_delivery:
         yield from _before_delivery(schedule, preparing, row.task)
+    elif isinstance(row.task, Preparation) and row.task.cranes:  # a move of the crane follows the lift before it
+        lifts = [n for n, task in enumerate(schedule.tasks) if task.crane is not None and task.number < row.task.first]
+        for before in lifts[-1:]:
+            yield before + 1, _FINISH_TO_START, start - schedule.times(schedule.tasks[before])[1]
     if not isinstance(row.task, LiftTask):
         return
     for before, is_start in schedule.before(row.uid - 1):

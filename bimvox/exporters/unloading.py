@@ -123,6 +123,7 @@ def _delivery_site(log: PlanLog, config: SiteConfig, number: int, load: Sequence
                 turn=turn,
                 after=tuple(one.global_id for one in bodies[-1:]),
                 crane=site.cranes[component.crane].name if site.has_several_cranes else None,
+                setup=None if site.moving is None else site.moving.names[component.crane],
                 means="crane",
             )
         )

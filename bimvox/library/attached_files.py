@@ -49,7 +49,7 @@ from bimvox.site.config.file import SITE_FILE, named_files, parse_site_config
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.ground import cranes_on_ground
 from bimvox.site.guess import complete_with_placed, lifted_of
-from bimvox.site.machine import cranes_of
+from bimvox.site.machine import cranes_of, moving_of
 from bimvox.site.map_frame import map_of_model, on_site
 from bimvox.site.obstructions.cells import Where, note_about
 from bimvox.site.obstructions.coordinates import is_about_coordinates
@@ -190,6 +190,7 @@ def compare_config(check: Check, site: Site, config: SiteConfig, source: str) ->
     chosen = f"{source}, which leaves it to be chosen"
     cranes = cranes_on_ground(config, cranes_of(config), site.frame, site.natural_ground_m)
     same_cranes(check, site.cranes, cranes, source if given.crane is not None else chosen)
+    same(check, "the set-ups of the crane", site.moving, moving_of(config, cranes), source)
     columns = site.shape[:2]
     for name, found, kinds in (("prohibited", site.prohibited, NO_HOOK), ("no_load", site.no_load, NO_LOAD)):
         wanted = columns_without(kinds, config.zone, site.frame, columns)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -23,7 +23,7 @@ from bimvox.library.compare import (
     same_rules,
     same_values,
 )
-from bimvox.library.hand_over import as_assigned
+from bimvox.library.hand_over import as_assigned, without_named_crane
 from bimvox.library.plan import georeference_of
 from bimvox.library.site import MACHINE, LoadedSite, load_obstructions, load_site, obstructed, survey_in
 from bimvox.live.tracks import traffic_named
@@ -311,6 +311,7 @@ def _compare_site(check: Check, log: PlanLog, loaded: LoadedSite) -> None:
     _compare_files(check, log, loaded)
     same_rules(check, found.rules, loaded.config.rules_in_force, _YOURS)
     same_cranes(check, found.cranes, held.cranes, _YOURS)
+    same(check, "the set-ups of the crane", found.moving, held.moving, _YOURS)
     same(check, "the frame of the grid", found.frame, held.frame, _YOURS)
     if (name := toml_values(loaded.files[SITE_FILE].decode("utf-8-sig")).get("name")) is not None:
         same(check, "the name of the site", found.name, name, _YOURS)
@@ -325,6 +326,10 @@ def _compare_site(check: Check, log: PlanLog, loaded: LoadedSite) -> None:
     same(check, "notes", found.notes, held.notes, _YOURS)
     said, own = (given.get(GEOREFERENCE, NOTHING) for given in (log.metadata, georeference_of(loaded)))
     same(check, "the model's georeference", said, own, _YOURS)
+    if held.moving is not None:  # in which set-up a part is lifted is chosen, unless the file names it
+        free = set(without_named_crane(held, loaded.config))
+        chosen = {part.id: part.crane for part in found.components if part.id in free}
+        held = replace(held, components=tuple(replace(p, crane=chosen.get(p.id, p.crane)) for p in held.components))
     _compare_parts(check, found.components, held.components)
     _compare_blockers(check, found, held, ("ground", "crane", "structure"))
     surfaces = {blocker.id: blocker.mesh for blocker in held.blockers}

@@ -15,7 +15,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError
-from bimvox.planning.order_search import faster, plan_without_obstructions, prepare
+from bimvox.planning.order_search import faster, plan_without_obstructions, prepare, prepare_set_ups
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.stage import could_lift
@@ -66,7 +66,8 @@ def may_go_to_others(loaded: LoadedSite) -> list[str]:
 
 def without_named_crane(site: Site, config: SiteConfig) -> list[str]:
     """Return the ids of a site's components whose crane a site file does not name."""
-    named = {entry.global_id for entry in config.component if entry.crane is not None}
+    key = "setup" if config.moves else "crane"
+    named = {entry.global_id for entry in config.component if getattr(entry, key) is not None}
     return [part.id for part in site.components if named.isdisjoint((part.id, part.global_id))]
 
 
@@ -151,6 +152,8 @@ def preparation_of(
         store: What was planned and timed before is not done again.
     """
     store = Store() if store is None else store
+    if site.moving is not None:
+        return prepare_set_ups(site, free, _with_cranes, progress)
     preparation = prepare(site, progress, workers, store)
     if not site.has_several_cranes:
         return site, preparation

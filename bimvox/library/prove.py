@@ -21,6 +21,7 @@ from bimvox.proof.clock import verify_steps
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import triangles_of, verify_plan
 from bimvox.proof.props import verify_props
+from bimvox.proof.set_ups import verify_set_ups
 from bimvox.proof.values import check_motion_values, check_values
 from bimvox.records.lift import NOT_DRIVEN, LiftPlan, Method, ModelledClash, Status
 from bimvox.records.motion import LiftMotion
@@ -254,6 +255,10 @@ class _Attempts:
         steps = steps_of(made.site, made.lifts, motions)
         if steps != Steps() or made.site.rules.curing is not None:
             of_motions = Verification((*of_motions.checks, verify_steps(made, motions, steps, store)))
+        if not of_motions.verified:
+            return refusals(of_motions)
+        if made.site.moving is not None:
+            of_motions = Verification((*of_motions.checks, verify_set_ups(made, motions, steps)))
         if not of_motions.verified:
             return refusals(of_motions)
         if made.site.rules.props is not None:

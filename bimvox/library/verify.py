@@ -25,6 +25,7 @@ from bimvox.proof.carried_out import check_carried_out
 from bimvox.proof.clock import verify_steps
 from bimvox.proof.over_time import not_current, verify_motions_over_time, verify_plan_over_time
 from bimvox.proof.props import verify_props
+from bimvox.proof.set_ups import verify_set_ups
 from bimvox.proof.values import check_values, with_coverage
 from bimvox.records.proof import Verification
 from bimvox.records.props import Props
@@ -185,6 +186,8 @@ def prove_plan(
     props = record.props if stated_props is None else stated_props
     any_props = props != Props() or (is_whole and record.plan.site.rules.props is not None)
     of_props = (verify_props(record.plan, record.motions, steps, props, store),) if any_props else ()
+    if record.motions and (record.plan.site.moving is not None or steps.moves):
+        of_steps = (*of_steps, verify_set_ups(record.plan, record.motions, steps, record.context))
     checks = (values, *with_coverage(record.plan, (*of_plan, *of_motions, *of_steps, *of_props)))
     if record.carried_out is not None and Verification(checks).verified:
         checks += check_carried_out(record.plan, record.motions, record.carried_out)

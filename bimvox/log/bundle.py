@@ -74,7 +74,7 @@ def _values_of(site: Site) -> dict[str, Any]:
             values["crane"] = next(iter(site.cranes), None)
         else:
             values[name] = getattr(site, name)
-    return {**values, "other_cranes": site.cranes[1:]} if site.has_several_cranes else values
+    return {**values, "other_cranes": site.cranes[1:]} if len(site.cranes) > 1 else values
 
 
 def _with_cranes(values: Any) -> Any:
@@ -150,6 +150,8 @@ def _check(site: Site) -> None:
     for name in ("access", "natural_ground_m"):
         if (columns := getattr(site, name)) is not None and columns.shape != site.yard.shape:
             raise DecodeError(f"site.{name}: wrong shape")
+    if site.moving is not None and len(site.moving.names) != len(site.cranes):
+        raise DecodeError("site.moving: not as many set-ups as places of the crane")
     if not site.frame.voxel_size_m > 0:
         raise DecodeError("site.frame.voxel_size_m: not positive")
     for n, blocker in enumerate(site.blockers):

@@ -172,7 +172,7 @@ def check_commands(contents: Contents, log: PlanLog) -> Check:
             most = np.array([axis.acceleration for axis in pose_limits(crane)])
             allowed = 2.0 * most * site.rules.sample_period_s**2 / 8.0 + _ROUNDING
         name, own = f"lift {motion.number}", commands[motion.crane].get(motion.order, [])
-        others = [c.crane for c in own if site.has_several_cranes and c.crane != crane.name]
+        others = [c.crane for c in own if site.names_cranes and c.crane != crane.name]
         if others:
             check.look(False, f"{name}: its commands are for crane {others[0]!r}, it is driven by {crane.name!r}")
             continue

@@ -38,7 +38,7 @@ def foxglove_layout(site: Site) -> dict[str, Any]:
     right: Any = LOG_PANEL
     plots, tables = [], []
     for number, crane in enumerate(site.cranes):
-        own = _crane_panels(crane, number, f"{crane.name}: " if site.has_several_cranes else "")
+        own = _crane_panels(crane, number, f"{crane.name}: " if site.names_cranes else "")
         panels |= own
         *plotted, table = own
         plots.append(_shared("column", plotted))

@@ -149,7 +149,7 @@ _MAKERS = 4
 def _makers(site: Site, number: int, rate: LogRate) -> tuple[Maker, ...]:
     """Return the makers of a crane's frames, load, joints and commands."""
     crane, ids = site.cranes[number], [component.id for component in site.components]
-    period_s, named = site.rules.sample_period_s, site.has_several_cranes
+    period_s, named = site.rules.sample_period_s, site.names_cranes
     joints_topic, command_topic = (topics.of_crane(topic, number) for topic in (topics.JOINTS, topics.COMMAND))
     form = _joints_form(crane)
 

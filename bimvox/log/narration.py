@@ -76,7 +76,8 @@ def log_messages(
     for note in plan.notes:
         yield _line(start_ns, Log.INFO, with_names(note, names))
     delivery = None
-    pauses = {pause.order: pause for pause in record.steps.pauses}
+    steps = record.steps
+    pauses, moves = {pause.order: pause for pause in steps.pauses}, {move.order: move for move in steps.moves}
     for track in tracks:
         lift, component = track.lift, site.components[track.lift.component]
         if lift.place is not None and lift.place.delivery != delivery:
@@ -85,6 +86,9 @@ def log_messages(
         if lift.order in pauses:
             length = elapsed(pauses[lift.order].length_ns / 1e9)
             text = f"the crane pauses before lift {lift.number}: what its part rests on carries {length} later"
+            if lift.order in moves:
+                to = site.cranes[moves[lift.order].goes_to].name
+                text = f"the crane moves before lift {lift.number}: {to} is ready for it {length} later"
             yield _line(track.start_ns, Log.INFO, text)
         fewest = "" if lift.shortest_moves is None else f" (fewest possible {lift.shortest_moves})"
         yield _line(
@@ -108,7 +112,7 @@ def event_messages(record: PlanLog, tracks: Iterable[LiftTimes]) -> Iterator[tup
             "component": component.id,
             "global_id": component.global_id,
         }
-        if site.has_several_cranes and (crane := site.crane_of(component)) is not None:
+        if site.names_cranes and (crane := site.crane_of(component)) is not None:
             about[CRANE_FIELD] = crane.name
         whole = about | {"name": component.name, "method": str(lift.method), "moves": str(lift.moves)}
         if lift.shortest_moves is not None:
@@ -131,7 +135,7 @@ def event_messages(record: PlanLog, tracks: Iterable[LiftTimes]) -> Iterator[tup
 def _crane_of(site: Site, component: Component) -> str:
     """Return which crane lifts a part, on a site with several."""
     crane = site.crane_of(component)
-    return f", crane {crane.name}" if site.has_several_cranes and crane is not None else ""
+    return f", crane {crane.name}" if site.names_cranes and crane is not None else ""
 
 
 def _line(time_ns: int, level: Any, text: str) -> tuple[int, str, Any]:

@@ -60,18 +60,38 @@ class SceneUpdates:
         site: The site.
         lifts: Lifts by component index.
         sent: The states that the viewer shows now.
+        set_up: Of a crane that moves, where it stands.
     """
 
     site: Site
     lifts: Mapping[int, Lift]
     sent: dict[int, ConstructionState]
+    set_up: int = 0
 
     def fixed(self, time_ns: int) -> Any:
         """Return the update that draws ground, areas, existing structure, obstructions and the crane."""
-        entities = [entity for blocker in self.site.blockers for entity in self._blocker_entities(blocker, time_ns)]
+        moves = self.site.moving is not None
+        there = (one for one in self.site.blockers if not (moves and one.kind == CRANE_ID))
+        entities = [entity for blocker in there for entity in self._blocker_entities(blocker, time_ns)]
+        if moves:
+            return SceneUpdate(entities=[*entities, *self._in_set_up(time_ns)])
         for number, crane in enumerate(self.site.cranes):
             entities += self._crane_entities(crane, number, time_ns)
         return SceneUpdate(entities=entities)
+
+    def moved(self, set_up: int, time_ns: int) -> Any:
+        """Return the update that draws a crane that moves in another set-up, and no longer in the one before."""
+        gone = [entity.id for entity in self._in_set_up(time_ns)]
+        self.set_up = set_up
+        kind = SceneEntityDeletion.MATCHING_ID
+        deletions = [SceneEntityDeletion(timestamp=stamp(time_ns), type=kind, id=name) for name in gone]
+        return SceneUpdate(entities=self._in_set_up(time_ns), deletions=deletions)
+
+    def _in_set_up(self, time_ns: int) -> list[Any]:
+        """Return the carrier and the links of a crane that moves, where it stands."""
+        own = (one for one in self.site.blockers if one.kind == CRANE_ID and self.site.stands_in(one, self.set_up))
+        entities = [entity for blocker in own for entity in self._blocker_entities(blocker, time_ns)]
+        return entities + self._crane_entities(self.site.cranes[self.set_up], self.set_up, time_ns)
 
     def afresh(self, time_ns: int) -> Any:
         """Return the same for viewers that already show something: everything shown before is deleted."""
@@ -185,9 +205,14 @@ def scene_messages(
     """
     lifts, tracks = tuple(lifts), tuple(tracks)
     scene, starts = SceneUpdates(site, {lift.component: lift for lift in lifts}, {}), StatesAtStarts(lifts, tracks)
+    if site.moving is not None and tracks:
+        first = min(tracks, key=lambda track: track.start_ns)
+        scene.set_up = site.components[first.lift.component].crane
     yield start_ns, topics.SCENE, scene.fixed(start_ns)
     changes = [(time_ns, track, state) for track in tracks for time_ns, state in track.states]
     for time_ns, track, state in sorted(changes, key=lambda change: change[0]):
+        if site.moving is not None and (crane := site.components[track.lift.component].crane) != scene.set_up:
+            yield time_ns, topics.SCENE, scene.moved(crane, time_ns)
         begins = state is ConstructionState.UNBUILT
         update = scene.change(starts.begin(track) if begins else {track.lift.component: state}, time_ns)
         if update is not None:

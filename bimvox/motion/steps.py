@@ -3,13 +3,14 @@
 Work at a part begins when all earlier lifts of the sequence are set and what it rests on carries; a column or wall
 waits for the floor at its feet, too. One crew casts and another one sets parts by hand, each one part after the other.
 Meanwhile the crane does the lifts that do not wait for it; then it pauses. Work before the first lift is done before
-the clock starts.
+the clock starts. A crane that moves from one set-up to another pauses for that; other work goes on meanwhile.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from bimvox.grid.frame import Label, whole_cells
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion
-from bimvox.records.steps import Pause, Step, Steps, cured_ns
+from bimvox.records.steps import Move, Pause, Step, Steps, cured_ns
 from bimvox.site.casting import curing_s, waits_for_joints, work_and_wait_s
 from bimvox.site.component import Component
 from bimvox.site.means import Means
@@ -35,11 +36,13 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
     by_order = {motion.order: motion for motion in motions}
     casting = site.rules.casting
     works = any(lift.is_set_otherwise for lift in lifts)
-    if not by_order or not (works or site.rules.curing is not None):
+    if not by_order or not (works or site.rules.curing is not None or site.moving is not None):
         return Steps()
     resting = Resting(site, lifts)
     steps: list[Step] = []
     pauses: list[Pause] = []
+    moves: list[Move] = []
+    set_up: int | None = None
     carries_ns: dict[int, int] = {}
     lifted = {motion.component for motion in by_order.values()}
     free_ns = dict.fromkeys(Means, 0)
@@ -59,6 +62,10 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
                 carries_ns, free_ns, ready_ns = dict.fromkeys(carries_ns, 0), dict.fromkeys(Means, 0), 0
             at_ns = motion.hooked_ns if site.has_several_cranes else motion.start_ns
             wait_ns = ready_ns - so_far.starting_ns(at_ns)
+            if site.moving is not None and set_up not in (None, motion.crane):
+                moves.append(_move(site, lift.order, set_up, motion.crane, so_far.starting_ns(at_ns)))
+                wait_ns = max(wait_ns, moves[-1].ends_ns - moves[-1].begins_ns)
+            set_up = motion.crane
             if wait_ns > 0:
                 pauses.append(Pause(lift.order, at_ns, wait_ns))
             last_ns = max(last_ns or 0, motion.released_ns)
@@ -73,7 +80,19 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
             free_ns[means] = ends_ns = begins_ns + round(work_s * NS_PER_S)
             carries_ns[lift.component] = ends_ns + round(wait_s * NS_PER_S)
             steps.append(Step(lift.order, lift.component, begins_ns, ends_ns, carries_ns[lift.component]))
-    return Steps(tuple(steps), tuple(pauses))
+    return Steps(tuple(steps), tuple(pauses), tuple(moves))
+
+
+def _move(site: Site, order: int, come_from: int, goes_to: int, begins_ns: int) -> Move:
+    """Return the move of the crane before a lift, from one set-up to another."""
+    moving = site.moving
+    assert moving is not None
+    drive_s = moving.drive_s(site.cranes[come_from], site.cranes[goes_to])
+    drives_ns = begins_ns + round(moving.derig_s * NS_PER_S)
+    arrives_ns = drives_ns + ceil(drive_s * NS_PER_S)
+    return Move(
+        order, come_from, goes_to, begins_ns, drives_ns, arrives_ns, arrives_ns + round(moving.rig_s * NS_PER_S)
+    )
 
 
 def steps_of_log(plan: LiftPlan, motions: Sequence[LiftMotion], context: Sequence[Lift]) -> Steps:

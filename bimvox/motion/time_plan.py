@@ -155,4 +155,6 @@ class MotionMaking(Walk[Assembly, KnownLegs, "LiftMotion | MotionError"]):
         """Return the planned lift before; none with several cranes, whose hooks come from anywhere."""
         if self.site.has_several_cranes:
             return None
-        return next((one for one in reversed(self.lifts[: lift.order]) if one.status is Status.PLANNED), None)
+        found = next((one for one in reversed(self.lifts[: lift.order]) if one.status is Status.PLANNED), None)
+        cranes = (self.site.components[one.component].crane for one in (lift, found) if one is not None)
+        return found if len(set(cranes)) == 1 else None  # it has moved in between

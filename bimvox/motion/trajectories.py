@@ -126,6 +126,8 @@ def joined_on(motion: LiftMotion, before: LiftMotion | None) -> LiftMotion:
     """
     if before is None:
         return starting(motion, 0)
+    if motion.crane != before.crane:  # it has moved in between
+        return starting(motion, before.end_ns)
     gap_rad = float(before.loaded.slew_rad[-1] - motion.trajectories[0].slew_rad[0])
     turns = round(gap_rad / (2.0 * np.pi))
     if abs(gap_rad - turns * 2.0 * np.pi) > _SAME_RAD:

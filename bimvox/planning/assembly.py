@@ -35,7 +35,7 @@ from bimvox.site.collision import (
 )
 from bimvox.site.component import Component, IntVec
 from bimvox.site.default_rules import ALL_KEPT, Kept
-from bimvox.site.site import GROUND_ID, HeadingRule, Site
+from bimvox.site.site import CRANE_ID, GROUND_ID, HeadingRule, Site
 
 
 class Assembly:
@@ -51,7 +51,9 @@ class Assembly:
         self._site, self._preparation = site, preparation
         self._occupancy = Occupancy(site, one_at_a_time=one_at_a_time)
         count = len(site.components)
-        self._present: dict[str, NDArray[np.int32]] = {b.id: b.cells for b in site.blockers}
+        moves = site.moving is not None
+        self._present = {b.id: b.cells for b in site.blockers if not (moves and b.kind == CRANE_ID)}
+        self._set_up = -1
         self._in_place = set(range(count, len(preparation.contacts.solids)))
         self._delivery = -1
         self._position = {index: n for n, index in enumerate(preparation.sequence.order)}
@@ -136,11 +138,27 @@ class Assembly:
         return None
 
     def skip(self, index: int) -> None:
-        """Take component ``index`` out of the yard without preparing a stage."""
+        """Take component ``index`` out of the yard without preparing a stage; a crane that moves goes to its set-up."""
         place = self._preparation.places[index]
+        self._move_to(self._site.components[index].crane)
         if place is not None:
             self._receive(place.delivery)
             self._take_from_yard(index)
+
+    def _move_to(self, set_up: int) -> None:
+        """Have a crane that moves stand in a set-up, and no longer in the one before."""
+        if self._site.moving is None or set_up == self._set_up:
+            return
+        for blocker in self._site.blockers:
+            if blocker.kind != CRANE_ID:
+                continue
+            if self._set_up >= 0 and self._site.stands_in(blocker, self._set_up):
+                self._occupancy.remove(blocker.cells)
+                del self._present[blocker.id]
+            if self._site.stands_in(blocker, set_up):
+                self._occupancy.add(blocker.cells)
+                self._present[blocker.id] = blocker.cells
+        self._set_up = set_up
 
     def finish(self, index: int, *, placed: bool) -> None:
         """Finish the lift: the part is set, or it is back in the yard."""

@@ -1,5 +1,7 @@
 """Where a delivery ends because the next part of the sequence waits long: for concrete that is cast, or for joints.
 
+So does one where the crane moves to another set-up.
+
 Dates are not known yet, so days are estimated as the programme counts them: work that the crane does not do takes hours
 of shifts, concrete and joints cure through nights too, one crew does one part after the other, and lifts take no time
 next to that.
@@ -59,6 +61,18 @@ def ends_by_waits(parts: Sequence[int], days: Mapping[int, float]) -> list[int]:
             end += 1
         ends.append(end)
     return ends
+
+
+def ends_by_moves(site: Site, parts: Sequence[int]) -> list[int]:
+    """Return where a delivery ends at the latest that begins with each part, because the crane moves then.
+
+    ``parts``: what a crane that moves lifts, in the order of the lifts.
+    """
+    ends: list[int] = []
+    for n in reversed(range(len(parts))):
+        goes_on = n + 1 < len(parts) and site.components[parts[n]].crane == site.components[parts[n + 1]].crane
+        ends.append(ends[-1] if goes_on else n + 1)
+    return ends[::-1]
 
 
 def are_in_time(days: Mapping[int, float], deliveries: Mapping[int, int]) -> bool:

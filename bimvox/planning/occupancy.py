@@ -19,7 +19,7 @@ from bimvox.site.collision import (
 )
 from bimvox.site.component import Component, IntVec
 from bimvox.site.default_rules import ALL_KEPT, Kept
-from bimvox.site.site import Site
+from bimvox.site.site import CRANE_ID, Site
 
 
 class Occupancy:
@@ -28,7 +28,7 @@ class Occupancy:
     Neighbouring parts share cells, so a cell counts each of them.
 
     Args:
-        site: The site; its fixed blockers are present from the start.
+        site: The site; its fixed blockers are present from the start, but for a crane that moves.
         one_at_a_time: Whether a collision rule is used only until the next one is requested. Its table is then updated
             in place from the lowest changed cell on, instead of being built anew.
     """
@@ -43,7 +43,8 @@ class Occupancy:
         self._top: NDArray[np.int32] = np.zeros((x, y), np.int32)
         self._waiting: list[tuple[NDArray[np.int32], bool]] = []
         for blocker in site.blockers:
-            self.add(blocker.cells)
+            if site.moving is None or blocker.kind != CRANE_ID:
+                self.add(blocker.cells)
 
     @property
     def counts(self) -> NDArray[np.uint16]:

@@ -6,14 +6,15 @@ tells: of the site as the sequence is made for, without its obstructions, which 
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import partial
 
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.order.faster_order import FasterOrder, order_and_yard, travel_of
-from bimvox.planning.order.relations import precedence
+from bimvox.planning.order.relations import Precedence, order_graph, precedence
 from bimvox.planning.order.sequence import Sequencer
+from bimvox.planning.order.set_up_choice import set_ups_of
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.rollout import GREEDY, proposer
@@ -39,8 +40,9 @@ def prepare(
         SequenceError: If no order satisfies the site file's ``before`` and ``after``.
     """
     greedy = _prepare_greedily(site, progress or (lambda stage, done, total: None))
-    # Several cranes share their time: whether their order is faster, only their motions tell.
-    found = None if site.has_several_cranes else faster(site, greedy, workers, store=store)
+    # Several cranes share their time: whether their order is faster, only their motions tell. Of one that moves, the
+    # estimate knows nothing.
+    found = None if len(site.cranes) > 1 else faster(site, greedy, workers, store=store)
     return greedy if found is None else found[1]
 
 
@@ -91,14 +93,41 @@ def plan_without_obstructions(
     return plan_lifts(site, preparation, propose=proposer(GREEDY), workers=workers, store=store)
 
 
+def prepare_set_ups(
+    site: Site,
+    free: Collection[str],
+    with_cranes: Callable[[Site, dict[int, int]], Site],
+    progress: Report | None = None,
+) -> tuple[Site, Preparation]:
+    """Return the site of a crane that moves with the set-up of each part, and what is prepared for it.
+
+    Args:
+        site: The site.
+        free: Ids of the components whose set-up is to be chosen.
+        with_cranes: Returns a site with another crane for some components, by their index.
+        progress: Called with (stage, done, total).
+    """
+    report = progress or (lambda stage, done, total: None)
+    contacts, relations = _met(site, report)
+    choice = set_ups_of(site, order_graph(site, relations, contacts), free)
+    changed = {n: crane for n, crane in enumerate(choice) if crane != site.components[n].crane}
+    site = with_cranes(site, changed) if changed else site
+    sequence, places = order_and_yard(site, Sequencer(site, relations, contacts))
+    return site, Preparation(contacts, relations, sequence, places)
+
+
+def _met(site: Site, report: Report) -> tuple[Contacts, Precedence]:
+    report("contacts", 0, len(site.components))
+    contacts = Contacts(site)
+    return contacts, precedence(site, contacts, lambda done, total: report("order", done, total))
+
+
 def _prepare_greedily(site: Site, report: Report) -> Preparation:
     """Return the contacts, a greedy erection sequence and the yard places of a site.
 
     ``report``: called with (stage, done, total). Raises SequenceError: if no order satisfies the site file's ``before``
     and ``after``.
     """
-    report("contacts", 0, len(site.components))
-    contacts = Contacts(site)
-    relations = precedence(site, contacts, lambda done, total: report("order", done, total))
+    contacts, relations = _met(site, report)
     sequence, places = order_and_yard(site, Sequencer(site, relations, contacts))
     return Preparation(contacts, relations, sequence, places)

@@ -211,9 +211,9 @@ def refused_by_crane(site: Site, component: Component) -> str | None:
     }
     if reasons[crane.name] is None:
         return _by_access(site, crane, component)
-    if not site.has_several_cranes:
+    if len(site.cranes) == 1:
         return reasons[crane.name]
-    could = "could lift it, but the part is assigned to another crane"
+    could = f"could lift it, but the part is assigned to another {'crane' if site.moving is None else 'set-up'}"
     return "; ".join(f"{name}: {reason or could}" for name, reason in reasons.items())
 
 

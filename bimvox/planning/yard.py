@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from bimvox.crane.travel import Travel
 from bimvox.grid.frame import whole_cells
 from bimvox.planning.best_place import BestPlace, Clearance, Lying, counts
-from bimvox.planning.long_waits import begin_days, ends_by_waits
+from bimvox.planning.long_waits import begin_days, ends_by_moves, ends_by_waits
 from bimvox.planning.occupancy import highest_around
 from bimvox.planning.stacks import Racks, Rectangle, Stacks, Taken, is_racked, is_stacked
 from bimvox.records.lift import YardPlace, yard_place
@@ -60,6 +60,8 @@ def allocate_yard(
     """
     parts = [index for index in order if site.components[index].means is Means.CRANE]
     ends = ends_by_waits(parts, begin_days(site, order, waits_for) if waits_for else {})
+    if site.moving is not None:  # what a delivery brings is unloaded and lifted in one set-up
+        ends = [min(end, stay) for end, stay in zip(ends, ends_by_moves(site, parts), strict=True)]
     fewest = fewest_lorries(site, [site.components[index] for index in parts], ends)
     allocation = _Allocation(site, parts, travels, ends)
     lorries, cuts = _cuts(allocation, fewest)

@@ -255,11 +255,12 @@ def check_clock(check: Check, plan: LiftPlan, motions: Sequence[LiftMotion], con
     }
     changed_ns = plan.history[-1].until_ns if plan.history else 0
     others_ns = max((motion.end_ns for motion in motions), default=0) if site.has_several_cranes else 0
-    for crane in range(max(1, len(site.cranes))):
+    moves = site.moving is not None  # then all lifts follow each other on one clock
+    for crane in range(1 if moves else max(1, len(site.cranes))):
         before_ns, skipped = 0, list[int]()
         for lift in planned:
             part = site.components[lift.component]
-            if part.crane != crane:
+            if part.crane != crane and not moves:
                 continue
             if (motion := by_order.get(lift.order)) is None:
                 skipped.append(lift.order)
@@ -332,7 +333,7 @@ class _Proof:
         triangles: TriangleCheck,
     ) -> None:
         self.check, self.plan, self.casting = check, plan, plan.site.rules.casting
-        self.site, self.pauses = plan.site, steps.pauses
+        self.site, self.pauses, self.moves = plan.site, steps.pauses, steps.moves
         self.lifts = sorted(plan.lifts, key=lambda lift: lift.order)
         self.motions = {motion.order: motion for motion in motions}
         self.cured_ns = {motion.component: self._cured_ns(motion) for motion in motions}
@@ -438,6 +439,7 @@ class _Proof:
     def _check_pauses(self) -> None:
         """Check that a pause is before a lift, with no load on any hook, and ends when some work carries."""
         carries_ns = {step.carries_ns for step in self.steps.values()} | set(self.cured_ns.values())
+        carries_ns |= {move.ends_ns for move in self.moves}
         for pause in self.pauses:
             motion = self.motions.get(pause.order)
             self.check.about = None if motion is None else self.site.components[motion.component].id
@@ -448,7 +450,7 @@ class _Proof:
             hung = [one.number for one in self.motions.values() if one.hooked_ns < pause.at_ns < one.released_ns]
             self.check.look(not hung, f"{name}: lifts {hung} hang on their hooks meanwhile")
             ends_ns = self._elapsed_ns(pause.at_ns) + self._at(pause)
-            self.check.look(ends_ns in carries_ns, f"{name} ends when nothing begins to carry")
+            self.check.look(ends_ns in carries_ns, f"{name} ends when nothing begins to carry, and no move ends")
         orders = [pause.order for pause in self.pauses]
         self.check.look(orders == sorted(set(orders)), "a lift has two pauses, or they are not in the order of lifts")
 

@@ -12,7 +12,7 @@ from bimvox.compiled import kernel
 from bimvox.kept import kept
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
 from bimvox.site.component import Component, IntVec
-from bimvox.site.site import Blocker, Site
+from bimvox.site.site import CRANE_ID, Blocker, Site
 
 NO_SOLID = -1
 _FAR_VOX = 2**30
@@ -54,7 +54,7 @@ class Moment:
 
     Attributes:
         lift: The lift.
-        before: The planned lift before it; None for the first.
+        before: The planned lift before it; None for the first, also in a set-up of a crane that moves.
         present: Fixed things, parts in place, and parts of the same delivery that wait in the yard; not its own part.
         placed: Indices of the components in place.
         arrived: Those of the present things that came by other means than the crane since the lift before it. They come
@@ -79,6 +79,7 @@ class Standing:
     def __init__(self, plan: LiftPlan, context: Collection[Lift] = ()) -> None:
         self.lifts = plan.lifts_with(context)
         self._site, self._fixed = plan.site, fixed_things(plan.site)
+        self._at_work: dict[int, tuple[Thing, ...]] = {}
         self._stored = _by_delivery(self.lifts)
         self._delivered: dict[int, list[tuple[Lift, Thing]]] = {}
         self._delivery = 0
@@ -95,8 +96,22 @@ class Standing:
             self._delivered[delivery] = [(other, stored_thing(self._site, other, place)) for other, place in stored]
         others = self._delivered[delivery]
         waiting = [thing for other, thing in others if other is not lift and other.component not in self._placed]
-        present = (*self._fixed, *self._standing, *waiting)
-        return Moment(lift, self._before, present, frozenset(self._placed), frozenset(self._arrived))
+        present = (*self._fixed_at(self._site.components[lift.component].crane), *self._standing, *waiting)
+        before = self._before
+        if self._site.moving is not None and before is not None:
+            cranes = {self._site.components[one.component].crane for one in (lift, before)}
+            before = before if len(cranes) == 1 else None  # it has moved: its hook comes from nowhere
+        return Moment(lift, before, present, frozenset(self._placed), frozenset(self._arrived))
+
+    def _fixed_at(self, crane: int) -> tuple[Thing, ...]:
+        """Return what is fixed while a crane is at work: one that moves is in one of its places."""
+        if self._site.moving is None:
+            return self._fixed
+        if crane not in self._at_work:
+            own = f"{CRANE_ID}:{self._site.cranes[crane].name}"
+            kinds = zip(self._fixed, self._site.blockers, strict=True)
+            self._at_work[crane] = tuple(one for one, of in kinds if of.kind != CRANE_ID or of.id == own)
+        return self._at_work[crane]
 
     def go_past(self, lift: Lift) -> None:
         """Set the part of the next lift, or leave it in the yard."""

@@ -175,6 +175,8 @@ class _Verifier(LiftProofs[_Driven]):
         """Return the lift and how both motions move, whenever they start: of one crane in a plan over all time."""
         lift = self.lifts[task.number]
         before = next((one for one in reversed(self.lifts[: task.number]) if one.status is Status.PLANNED), None)
+        if self.site.moving is not None and before is not None and self._moves_between(before, lift):
+            before = None
         return lift, before, self.lying, _course(task.motion), _course(task.before)
 
     def step(self, state: Standing, task: _Driven) -> Mapping[str, Check]:
@@ -208,6 +210,9 @@ class _Verifier(LiftProofs[_Driven]):
             if lift.status is not Status.PLANNED:
                 continue
             then, last = last, lift
+            if self.site.moving is not None and then is not None and self._moves_between(then, lift):
+                then = None
+                previous.clear()
             if id(lift) not in own:
                 continue
             motion, component = by_order.get(lift.order), self.site.components[lift.component]
@@ -227,6 +232,10 @@ class _Verifier(LiftProofs[_Driven]):
                 before = None
             yield _Driven(number, motion, before)
             previous[component.crane] = motion
+
+    def _moves_between(self, one: Lift, other: Lift) -> bool:
+        cranes = [self.site.components[lift.component].crane for lift in (one, other)]
+        return cranes[0] != cranes[1]
 
     def _checks_of(self, moment: Moment, motion: LiftMotion, before: LiftMotion | None) -> Mapping[str, Check]:
         """Return the checks of one motion, each by itself."""
@@ -277,8 +286,9 @@ class _Verifier(LiftProofs[_Driven]):
         check.look(given == sorted(carried), f"the motions are of lifts {given}, planned are {sorted(carried)}")
         clock: dict[int, LiftMotion] = {motion.order: motion for motion in self.motions}
         by_crane: dict[int, list[Lift]] = {}
-        for lift in planned:
-            by_crane.setdefault(self.site.components[lift.component].crane, []).append(lift)
+        for lift in planned:  # those of a crane that moves follow each other on one clock
+            crane = 0 if self.site.moving is not None else self.site.components[lift.component].crane
+            by_crane.setdefault(crane, []).append(lift)
         for own in by_crane.values():
             self._check_clock(own, clock)
         check.look(given == sorted(given), "the motions do not follow each other in the order of their lifts")

@@ -17,6 +17,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.programme import PERCENTILES, TaskDates, Weather, added_ns
 from bimvox.records.steps import NotLifted, Step, Steps, cured_ns
 from bimvox.records.unloading import Unloading, is_unloaded_by_crane, unloading_by_lorry_s, unloading_of
+from bimvox.site.component import Component
 from bimvox.site.config.calendar import CalendarConfig, UncertaintyConfig, day_h
 from bimvox.site.means import Means
 from bimvox.site.site import Site
@@ -65,8 +66,14 @@ class _CrewHours:
 
 def erection_crews(site: Site, calendar: CalendarConfig) -> tuple[Crew, ...]:
     """Return the crew of each crane."""
-    names = ["Erection crew"] if not site.has_several_cranes else [f"Erection crew, {one.name}" for one in site.cranes]
+    several = site.has_several_cranes
+    names = [f"Erection crew, {one.name}" for one in site.cranes] if several else ["Erection crew"]
     return tuple(Crew(name, float(calendar.erection_people)) for name in names)
+
+
+def crew_of(site: Site, component: Component) -> int:
+    """Return the number of the erection crew that sets a part: that of its crane; a crane that moves has one."""
+    return component.crane if site.has_several_cranes else 0
 
 
 def unloading_crew(calendar: CalendarConfig) -> Crew | None:
@@ -98,7 +105,7 @@ def crew_hours(
     """
     of_crane: dict[int, list[_Span]] = {}
     for component, span in lifts.values():
-        of_crane.setdefault(site.components[component].crane, []).append(span)
+        of_crane.setdefault(crew_of(site, site.components[component]), []).append(span)
     unloading, found = unloading_crew(calendar), []
     for number, crew in enumerate(erection_crews(site, calendar)):
         if number in of_crane:
@@ -277,6 +284,7 @@ class PlanDates:
         unloading: The unloading of all deliveries.
         crane_ns: From the start of the first lift to the end of the last on the site's clock, which stands in pauses.
         is_dated: Whether the day of the start is known; otherwise its working days are numbered.
+        moves: Begin and end of each move of a crane to another set-up, by the order of the first lift after it.
     """
 
     calendar: CalendarConfig
@@ -295,6 +303,7 @@ class PlanDates:
     unloading: Unloading | None = None
     crane_ns: int = 0
     is_dated: bool = True
+    moves: Mapping[int, _Span] = field(default_factory=dict)
 
     @property
     def deliveries(self) -> dict[int, _Span]:
@@ -451,12 +460,17 @@ class PlanDates:
                 }
                 for number, spans in sorted(self.lorries.items())
             ],
+            **({"moves": [self._moved(*one) for one in sorted(self.moves.items())]} if self.moves else {}),
             "notes": list(self.notes),
             **({} if self.unloading is None else {"unloading": asdict(self.unloading)}),
             **({"percentiles": ends} if ends else {}),
             **({"crews": [crew.document() for crew in self.crews]} if self.crews else {}),
             **({"programme": [task.document() for task in self.programme]} if self.programme else {}),
         }
+
+    def _moved(self, order: int, span: _Span) -> dict[str, object]:
+        begins, ends = (self.moment(at_ns).isoformat() for at_ns in span)
+        return {"number": order + 1, "begins": begins, "ends": ends}
 
     def _unloaded(self, span: _Span) -> dict[str, str]:
         return {"arrives": self.moment(span[0]).isoformat(), "unloaded": self.moment(span[1]).isoformat()}
@@ -607,6 +621,7 @@ class _Walk:
         self.steps: dict[int, tuple[int, int, int]] = {}
         self.lorries: dict[int, tuple[_Span, ...]] = {}
         self.starts_ns: list[int] = []
+        self.moves: dict[int, _Span] = {}
         self._released: list[tuple[int, int]] = []  # of each lift: in the plan's elapsed time, in calendar time
         self._waits: list[tuple[int, int]] = []  # a heap, of the steps: when each carries, in both times
         self._carried_ns = 0
@@ -620,7 +635,7 @@ class _Walk:
             if lift.place is not None:
                 delivery[lift.order] = lift.place.delivery
                 self._loads.setdefault(lift.place.delivery, []).append(lift)
-        blocks = blocks_of(self.site, motions)
+        blocks, moves = blocks_of(self.site, motions), {move.order: move for move in planned.moves}
         # At the same time, a step comes first: it may carry at once.
         items: list[tuple[int, int, Step | _Block]] = [(step.begins_ns, 0, step) for step in planned.steps]
         items += [(planned.starting_ns(block.begins_ns), 1, block) for block in blocks]
@@ -634,6 +649,10 @@ class _Walk:
                 self._step(item)
                 continue
             end_ns = self.work.worked(end_ns, item.begins_ns - clock_ns)
+            for order in item.orders:
+                if (move := moves.get(order)) is not None:
+                    begins_ns, end_ns = end_ns, self.work.worked(end_ns, move.ends_ns - move.begins_ns)
+                    self.moves[order] = (self.work.fitting(begins_ns, 0), end_ns)
             coming = sorted({delivery[order] for order in item.orders if order in delivery} - self.lorries.keys())
             work_ns = {number: self._unloading_ns(number) for number in coming}
             ready_ns = end_ns
@@ -661,6 +680,7 @@ class _Walk:
             tuple(zip(blocks, self.starts_ns, strict=True)),
             self.work,
             is_unloaded_by_crane(self.calendar, self.site),
+            moves=self.moves,
         )
 
     def _unloading_ns(self, number: int) -> tuple[int, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -317,3 +318,28 @@ class LiftMotion:
     def phase_name_at(self, time_ns: int) -> PhaseName:
         """Return the name of the phase at a time on the site's clock."""
         return self.phase_at(time_ns).name
+
+
+@dataclass(frozen=True, slots=True)
+class Stay:
+    """How long a crane that moves stays in one of its set-ups, on the site's clock, which stands while it moves.
+
+    Attributes:
+        crane: The set-up: index in ``Site.cranes``.
+        from_ns: When its first lift there starts.
+        until_ns: When its first lift in the next one starts; None for the last.
+    """
+
+    crane: int
+    from_ns: int
+    until_ns: int | None
+
+
+def stays_of(motions: Iterable[LiftMotion]) -> tuple[Stay, ...]:
+    """Return the stays of a crane that moves, in order."""
+    firsts: list[tuple[int, int]] = []
+    for motion in sorted(motions, key=lambda motion: motion.start_ns):
+        if not firsts or firsts[-1][0] != motion.crane:
+            firsts.append((motion.crane, motion.start_ns))
+    ends: list[int | None] = [from_ns for _, from_ns in firsts[1:]]
+    return tuple(Stay(crane, from_ns, until) for (crane, from_ns), until in zip(firsts, [*ends, None], strict=False))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import accumulate
 from typing import Any
 
@@ -17,6 +17,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.site.casting import curing_s
 from bimvox.site.means import HOW, Means
 from bimvox.site.site import Site
+from bimvox.sparse import SPARSE
 from bimvox.units import NS_PER_S
 
 
@@ -59,16 +60,41 @@ class Pause:
 
 
 @dataclass(frozen=True, slots=True)
+class Move:
+    """A move of the crane from one set-up to another, in elapsed time; the crane pauses meanwhile.
+
+    Attributes:
+        order: Position in the erection sequence of the first lift after it.
+        come_from: The set-up that it leaves: index in ``Site.cranes``.
+        goes_to: The set-up that it goes to.
+        begins_ns: When it begins to be derigged: after the lift before.
+        drives_ns: When it drives.
+        arrives_ns: When it begins to be rigged.
+        ends_ns: When it is ready to lift.
+    """
+
+    order: int
+    come_from: int
+    goes_to: int
+    begins_ns: int
+    drives_ns: int
+    arrives_ns: int
+    ends_ns: int
+
+
+@dataclass(frozen=True, slots=True)
 class Steps:
-    """All steps and pauses of a plan, each in ascending order.
+    """All steps, pauses and moves of a plan, each in ascending order.
 
     Attributes:
         steps: The steps.
         pauses: The pauses.
+        moves: The moves of a crane from set-up to set-up; during each is a pause.
     """
 
     steps: tuple[Step, ...] = ()
     pauses: tuple[Pause, ...] = ()
+    moves: tuple[Move, ...] = field(default=(), metadata=SPARSE)
 
     def starting_ns(self, at_ns: int) -> int:
         """Return the elapsed time of something that starts at a time on the site's clock: after a pause then."""
@@ -88,7 +114,7 @@ class Steps:
         return elapsed_ns - paused_ns
 
     def documents(self, site: Site) -> dict[str, list[dict[str, Any]]]:
-        """Return ``steps`` and ``pauses`` for the JSON documents; times in seconds."""
+        """Return ``steps`` and ``pauses`` for the JSON documents, and ``moves`` if there are any; times in seconds."""
         parts = site.components
         return {
             "steps": [
@@ -109,6 +135,7 @@ class Steps:
                 }
                 for pause in self.pauses
             ],
+            **({"moves": [_move_document(site, move) for move in self.moves]} if self.moves else {}),
         }
 
     def elapsed_ns(self, motions: Iterable[LiftMotion]) -> int:
@@ -128,6 +155,41 @@ class Steps:
 
     def _paused_ns(self, count: int) -> int:
         return list(accumulate((pause.length_ns for pause in self.pauses[:count]), initial=0))[-1]
+
+
+def _move_document(site: Site, move: Move) -> dict[str, Any]:
+    assert site.moving is not None
+    at_ns = {"begins": move.begins_ns, "drives": move.drives_ns, "arrives": move.arrives_ns, "ends": move.ends_ns}
+    return {
+        "number": move.order + 1,
+        "from": site.moving.names[move.come_from],
+        "to": site.moving.names[move.goes_to],
+        **{f"{key}_s": round(value / 1e9, 3) for key, value in at_ns.items()},
+    }
+
+
+def set_up_documents(site: Site, motions: Iterable[LiftMotion], steps: Steps) -> dict[str, list[dict[str, Any]]]:
+    """Return ``set_ups`` of a crane that moves for the JSON documents: the place, and the lifts there; or nothing."""
+    if site.moving is None:
+        return {}
+    numbers: dict[int, list[int]] = {}
+    for motion in motions:
+        numbers.setdefault(motion.crane, []).append(motion.number)
+    return {
+        "set_ups": [
+            {
+                "name": name,
+                "base_m": [round(value, 3) for value in crane.base_m],
+                "lifts": len(own := numbers.get(number, [])),
+                "first": min(own, default=None),
+                "last": max(own, default=None),
+                "ready_s": next((round(one.ends_ns / 1e9, 3) for one in steps.moves if one.goes_to == number), 0.0)
+                if own
+                else None,
+            }
+            for number, (name, crane) in enumerate(zip(site.moving.names, site.cranes, strict=True))
+        ]
+    }
 
 
 def cured_ns(site: Site, steps: Steps, motion: LiftMotion) -> int | None:

@@ -27,7 +27,7 @@ from bimvox.site.areas import area_of
 from bimvox.site.catalogue import FICTITIOUS, catalogue, machine_called
 from bimvox.site.component import Component
 from bimvox.site.crane_distances import EDGE_M, STANDING_M, TRAPPED_M, base_of, of_crane, to_areas
-from bimvox.site.crane_room import HEADROOM_M, PLACE_M, REACH_M, WAY_M, Room, place_beside, way_in
+from bimvox.site.crane_room import HEADROOM_M, PLACE_M, REACH_M, WAY_M, Room, place_beside, way_among, way_in
 from bimvox.site.lifting import crane_for, crane_towards, hung_kg, place_radius_m
 from bimvox.site.site import Site
 
@@ -111,11 +111,12 @@ _LEVEL_M = 0.5
 def crane_feet(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every crane whose mast goes through something, or stands in the building's outline."""
     site = subject.site
-    for crane in site.cranes:
+    for number, there in subject.stands():
+        crane = site.cranes[number]
         low, high = np.array(mast_box_m(crane))
         met = [
             name_of(component)
-            for component in subject.in_place
+            for component in there.in_place
             if _meets(component.shape.boxes + np.tile(component.target_vox, 2), site.frame, low, high)
         ]
         for blocker in site.blockers:
@@ -128,7 +129,7 @@ def crane_feet(subject: Subject) -> Iterator[Remark]:
             yield table.MAST_MEETS(crane=crane.name, first=met[0], more=more)
         elif abs(off_m := low[2] - _ground_m(site, low, high)) > _LEVEL_M:
             yield table.FOOT_OFF(crane=crane.name, off=abs(off_m), where="above" if off_m > 0.0 else "below")
-        elif _stands_in(subject, low, high):
+        elif site.moving is None and _stands_in(subject, low, high):
             yield table.FOOT_INSIDE(crane=crane.name)
 
 
@@ -160,8 +161,9 @@ def tails(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every crane whose counterweight passes something too near, and of outriggers at an edge."""
     site = subject.site
     excavation = area_of(site, site.dug_m > 1e-6)
-    for crane in site.cranes:
-        near = of_crane(crane, subject.things, STANDING_M)
+    for number, there in subject.stands():
+        crane = site.cranes[number]
+        near = of_crane(crane, there.things, STANDING_M)
         trapping = [one for one in near if one.piece == "tail" and one.distance_m < TRAPPED_M - 1e-6]
         low = [one for one in near if one.piece == "below tail" and one.kind != "stored"]
         if trapping:
@@ -171,7 +173,7 @@ def tails(subject: Subject) -> Iterator[Remark]:
         elif low:
             first = min(low, key=lambda one: (one.distance_m, one.kind))
             yield table.TAIL_LOW(crane=crane.name, name=first.name, distance=metres(first.distance_m))
-        if crane.kind == "mobile":
+        if crane.kind == "mobile" and site.moving is None:
             for one in to_areas(crane, {"excavation": excavation}):
                 if one.piece == "base" and one.distance_m < EDGE_M:
                     distance, least = metres(one.distance_m), metres(EDGE_M)
@@ -181,6 +183,9 @@ def tails(subject: Subject) -> Iterator[Remark]:
 def rooms(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every crane that cannot come to its place, or be dismantled or driven away from it."""
     site = subject.site
+    if site.moving is not None:
+        yield from _ways(subject)
+        return
     for crane in site.cranes:
         if crane.kind != "mobile":
             if place_beside(site, crane, base_of(crane).edge_m, finished=True).room is Room.NONE:
@@ -192,6 +197,21 @@ def rooms(subject: Subject) -> Iterator[Remark]:
         ):
             if way_in(site, crane, finished=finished).room is Room.NONE:
                 way, high = f"{WAY_M:g}", f"{HEADROOM_M:g}"
+                yield table.NO_WAY(crane=crane.name, way=way, high=high, where=where, when=when)
+                break
+
+
+def _ways(subject: Subject) -> Iterator[Remark]:
+    """Yield a remark about every set-up that a crane that moves cannot drive to, or away from."""
+    site, way, high = subject.site, f"{WAY_M:g}", f"{HEADROOM_M:g}"
+    for number, there in subject.stands():
+        crane, own = site.cranes[number], [one.order for one in subject.motions if one.crane == number]
+        before = [lift for lift in there.plan.lifts if own and lift.order < min(own) and lift.is_set]
+        for parts, where, when in (
+            ([site.components[lift.component] for lift in before], "to", "before its first lift there"),
+            (there.in_place, "from", "after its last lift there"),
+        ):
+            if way_among(site, crane, parts).room is Room.NONE:
                 yield table.NO_WAY(crane=crane.name, way=way, high=high, where=where, when=when)
                 break
 

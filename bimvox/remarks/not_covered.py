@@ -187,6 +187,8 @@ def _comes_and_goes(subject: Subject) -> _Here:
     """Return what was found of the room for the mobile crane before and after the building stands."""
     site, said = subject.site, []
     place = f"a place of {PLACE_M:g} x {PLACE_M:g} m within {REACH_M:g} m of the mast, way {WAY_M:g} m wide"
+    if site.moving is not None:
+        return "The ways of the crane to and from its set-ups are among the remarks, looked for on the grid."
     for crane in site.cranes:
         if crane.kind == "mobile":
             found, what = [way_in(site, crane, finished=done) for done in (False, True)], f"its way, {WAY_M:g} m wide"

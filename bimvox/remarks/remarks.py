@@ -12,11 +12,12 @@ from bimvox.remarks.conditions import assumptions
 from bimvox.remarks.cranes import carried_low, crane_feet, doubtful_mass, high_utilisation, machines, rooms, tails
 from bimvox.remarks.parts import densities, floating, guided, held, lorries, overlaps, stated_masses, storage, transport
 from bimvox.remarks.rules import earlier, outside, rules
+from bimvox.remarks.set_ups import set_ups
 from bimvox.remarks.subject import Subject
 
 _FAMILIES = (
-    machines, crane_feet, tails, rooms, outside, floating, held, overlaps, densities, stated_masses, transport, storage,
-    lorries, carried_low, high_utilisation, doubtful_mass, guided, earlier, rules, assumptions,
+    machines, crane_feet, tails, rooms, set_ups, outside, floating, held, overlaps, densities, stated_masses, transport,
+    storage, lorries, carried_low, high_utilisation, doubtful_mass, guided, earlier, rules, assumptions,
 )  # fmt: skip
 """Every rule, in the order in which its remarks are listed within a severity."""
 

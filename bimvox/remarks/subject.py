@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from bimvox.records.lift import Lift, LiftPlan, Status
-from bimvox.records.motion import LiftMotion
+from bimvox.records.motion import LiftMotion, stays_of
 from bimvox.records.props import Props
 from bimvox.remarks.proven_props import proven_props
 from bimvox.site.component import Component
@@ -63,6 +64,33 @@ class Subject:
         """What stands around the cranes when all is done: parts, structure, obstructions; and what lies in the yard."""
         built = (Thing.of("building", name_of(part), part.mesh) for part in self.in_place)
         return (*built, *fixed_things(self.site), *map(self._stored, self.lifts))
+
+    def stands(self) -> Iterator[tuple[int, Subject]]:
+        """Yield every crane by its index with what is there while it stands: all, or of one that moves by its set-up.
+
+        Of a set-up: what is in place when the crane leaves it, and what lies in the yard for its lifts.
+        """
+        if self.site.moving is None or not self.motions:
+            yield from ((number, self) for number in range(len(self.site.cranes)))
+            return
+        stays = stays_of(self.motions)
+        first = {motion.start_ns: motion.order for motion in self.motions}
+        begins = [first[stay.from_ns] for stay in stays]
+        seen: set[int] = set()
+        # The last stay in a set-up counts: most is there then.
+        for n, stay in reversed(list(enumerate(stays))):
+            if stay.crane in seen:
+                continue
+            seen.add(stay.crane)
+            end = begins[n + 1] if n + 1 < len(stays) else None
+            until = [
+                lift if lift.order >= begins[n] else replace(lift, place=None)
+                for lift in (*self.plan.lifts, *self.context)
+                if end is None or lift.order < end
+            ]
+            own = tuple(b for b in self.site.blockers if self.site.stands_in(b, stay.crane))
+            plan = replace(self.plan, lifts=tuple(until), site=replace(self.site, blockers=own))
+            yield stay.crane, Subject(plan, self.motions, ())
 
     def _stored(self, lift: Lift) -> Thing:
         """Return a part in the yard; one without a place is nowhere."""

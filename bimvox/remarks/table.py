@@ -65,6 +65,13 @@ TAIL_LOW = Row("crane_tail", _MINOR,
 OUTRIGGER_EDGE = Row("crane_edge", _MINOR,
     "the outriggers of crane {crane!r} are {distance} from the edge of the excavation: {least} are usual without a "
     "calculation")
+SET_UP_UNUSED = Row("set_up_unused", _MINOR,
+    "set-up {name!r} serves no lift: the crane does not go there, and no time is counted for it")
+SET_UP_ON_BUILDING = Row("set_up_ground", _SERIOUS,
+    "crane {crane!r} stands on {first}{more}, with {load} on one outrigger: who checks the structure must agree")
+SET_UP_AT_EDGE = Row("set_up_ground", _SERIOUS,
+    "the outriggers of crane {crane!r} are {distance} from the edge of the excavation, with {load} on one of them: "
+    "{least} are usual without a calculation")
 NO_PLACE = Row("crane_room", _SERIOUS,
     "when the building stands, no place of {place} by {place} m with a way {way} m wide is left within {reach} m of "
     "the mast of crane {crane!r}: the mobile crane that dismantles it has no room")

@@ -19,10 +19,11 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.crane.travel import rest_to_rest_s
 from bimvox.grid.frame import GridFrame
 from bimvox.site.component import Component
+from bimvox.site.config.crane import CraneConfig
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.crew_times import standing_s
 from bimvox.site.lifting import hung_kg
-from bimvox.site.site import Rules
+from bimvox.site.site import Rules, Site
 
 _ROUNDS = 200
 _SLACK_M = 1e-6
@@ -53,9 +54,43 @@ def assigned(
     Raises:
         ConfigError: If a part is assigned to a crane that the site does not have.
     """
-    named = _named(config, components, cranes)
+    named = named_cranes(config, components, cranes)
     if len(cranes) < 2:
         return list(components)
+    excess_m, reach_m = _excesses_m(components, cranes, yard, frame, rules, on_its_slings)
+    can = excess_m <= _SLACK_M
+    for n in range(len(components)):
+        if n in named:
+            can[n] = np.arange(len(cranes)) == named[n]
+        elif not can[n].any():
+            can[n, int(np.argmin(excess_m[n]))] = True
+    if config.moves:  # which set-up fits the order is known later
+        choice = np.argmin(np.where(can, reach_m, np.inf), axis=1)
+        return [replace(component, crane=int(k)) for component, k in zip(components, choice, strict=True)]
+    crew_s = np.array([standing_s(rules, component, upended=component.erected) for component in components])
+    work_s = np.stack([rough_work_s(crane, reach_m[:, k], crew_s) for k, crane in enumerate(cranes)], axis=1)
+    choice = balanced(can, reach_m, work_s)
+    return [replace(component, crane=int(k)) for component, k in zip(components, choice, strict=True)]
+
+
+def reached_from(site: Site) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+    """Return which crane can lift which part from the yard to its place by its radii, and how far it stands from there.
+
+    Both are (N, K), by component and crane.
+    """
+    excess_m, reach_m = _excesses_m(site.components, site.cranes, site.yard, site.frame, site.rules, lambda one: one)
+    return excess_m <= _SLACK_M, reach_m
+
+
+def _excesses_m(
+    components: Sequence[Component],
+    cranes: Sequence[TowerCrane],
+    yard: NDArray[np.bool_],
+    frame: GridFrame,
+    rules: Rules,
+    on_its_slings: Callable[[Component], Component],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return (N, K) by how much parts exceed the radii of cranes, and how far the cranes are from their places."""
     places_m = np.array([_hook_m(component, frame) for component in components])
     yard_m = _centres_m(np.argwhere(yard), frame)
     excess_m = np.empty((len(components), len(cranes)))
@@ -66,17 +101,7 @@ def assigned(
             more_kg = hung_kg(crane, on_its_slings(replace(component, crane=k))) - crane.tackle_kg
             radii_m = allowed_radii_m(crane, more_kg, rules.highest_utilisation)
             excess_m[n, k] = _excess_m(crane, radii_m, places_m[n], start_m)
-    can = excess_m <= _SLACK_M
-    for n in range(len(components)):
-        if n in named:
-            can[n] = np.arange(len(cranes)) == named[n]
-        elif not can[n].any():
-            can[n, int(np.argmin(excess_m[n]))] = True
-    reach_m = np.stack([_distances_m(crane, places_m) for crane in cranes], axis=1)
-    crew_s = np.array([standing_s(rules, component, upended=component.erected) for component in components])
-    work_s = np.stack([rough_work_s(crane, reach_m[:, k], crew_s) for k, crane in enumerate(cranes)], axis=1)
-    choice = balanced(can, reach_m, work_s)
-    return [replace(component, crane=int(k)) for component, k in zip(components, choice, strict=True)]
+    return excess_m, np.stack([_distances_m(crane, places_m) for crane in cranes], axis=1)
 
 
 def balanced(can: NDArray[np.bool_], reach_m: NDArray[np.float64], work_s: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -96,23 +121,29 @@ def balanced(can: NDArray[np.bool_], reach_m: NDArray[np.float64], work_s: NDArr
     return best[1]
 
 
-def _named(config: SiteConfig, components: Sequence[Component], cranes: Sequence[TowerCrane]) -> dict[int, int]:
+def named_cranes(config: SiteConfig, components: Sequence[Component], cranes: Sequence[TowerCrane]) -> dict[int, int]:
     """Return crane by component, as the site file says."""
     names = [crane.name for crane in cranes]
+    if isinstance(config.crane, CraneConfig) and config.moves:
+        names = [one.name for one in config.crane.setup]
     by_id = {name: component.index for component in components for name in (component.global_id, component.id)}
     result = {}
     for number, entry in enumerate(config.component):
-        if entry.crane is None:
+        key, other = ("setup", "crane") if config.moves else ("crane", "setup")
+        if getattr(entry, other) is not None:
+            one, many = ("one crane that moves", "setup") if config.moves else ("no crane that moves", "crane")
+            raise config.error(f"component[{number}].{other}", f"the site has {one}", hint=f"write {many} instead")
+        if (wanted := getattr(entry, key)) is None:
             continue
-        if entry.crane not in names:
+        if wanted not in names:
             known = ", ".join(names) or "none"
             raise config.error(
-                f"component[{number}].crane",
-                f"the site has no crane called {entry.crane!r}",
+                f"component[{number}].{key}",
+                f"the site has no {key} called {wanted!r}",
                 available=names,
-                hint=f"its cranes: {known}",
+                hint=f"its {key}s: {known}",
             )
-        result[by_id[entry.global_id]] = names.index(entry.crane)
+        result[by_id[entry.global_id]] = names.index(wanted)
     return result
 
 

@@ -23,7 +23,6 @@ from bimvox.site.checks import (
     check_mast,
     check_samples,
     check_yard,
-    crane_key,
     ground_of,
 )
 from bimvox.site.component import Component, IntVec, frozen
@@ -40,12 +39,13 @@ from bimvox.site.ground import (
     terrain_of,
 )
 from bimvox.site.lifting import hung
+from bimvox.site.machine import moving_of
 from bimvox.site.means import Means, nothing_to_lift
 from bimvox.site.obstructions.cells import KINDS, Notes, Rasterise, Where, note_about, obstruction_cells
 from bimvox.site.obstructions.many import blockers_of, cells_of_all
 from bimvox.site.obstructions.obstruction_set import EMPTY, OTHER, Box, Obstruction, ObstructionSet, Rows
 from bimvox.site.parts import component_of, entries_by_id, first_ids, order_hints
-from bimvox.site.site import GROUND_ID, Blocker, Rules, Site, SwingRule, digest_of, mast_id, top_layers
+from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Rules, Site, SwingRule, digest_of, mast_id, top_layers
 from bimvox.site.work import work_of
 
 Parts = Sequence[tuple[Element, "NDArray[np.int32]"]]
@@ -127,7 +127,7 @@ def build_site(
     site = Site(
         name=config.name or "site",
         frame=frame,
-        labels=_labels(_slab(yard, construction), shape, blockers),
+        labels=_labels(_slab(yard, construction), shape, [*_all_the_time(blockers, moves=config.moves)]),
         blockers=blockers,
         components=lifted,
         cranes=tuple(cranes),
@@ -139,6 +139,7 @@ def build_site(
         hook_heights=hook_heights(config.zone, frame, columns),
         natural_ground_m=frozen(natural_m),
         access=frozen(access),
+        moving=moving_of(config, cranes),
         source=dict(model.source),
         notes=tuple(notes),
     )
@@ -227,8 +228,14 @@ def _masts(
     for number, one in enumerate(cranes):
         mast = _mast(one, config.rules_in_force, model.frame, model.shape, rasterise, several=len(cranes) > 1)
         if mast is not None:
-            check_mast(config, crane_key(number, len(cranes)), mast, components, model.shape)
+            if not config.moves:  # otherwise a part may be set there before or after
+                check_mast(config, config.crane_key(number), mast, components, model.shape)
             yield mast
+
+
+def _all_the_time(blockers: Sequence[Blocker], *, moves: bool) -> Iterator[Blocker]:
+    """Yield the blockers that are there all the time: a crane that moves is not."""
+    return (blocker for blocker in blockers if not (moves and blocker.kind == CRANE_ID))
 
 
 def left_out(name: str) -> str:
@@ -263,7 +270,9 @@ def with_obstructions(site: Site, obstructions: ObstructionSet, rasterise: Raste
     added = blockers_of(found(), site.shape)
     return replace(
         site,
-        labels=_labels(site.labels[:, :, 0], site.shape, [*fixed, *added]),
+        labels=_labels(
+            site.labels[:, :, 0], site.shape, [*_all_the_time(fixed, moves=site.moving is not None), *added]
+        ),
         blockers=(*fixed, *added),
         obstruction_notes=(*obstructions.notes, *notes.lines()),
         digest=_digest(site.fixed_digest, added),
@@ -292,7 +301,7 @@ def _taken(site: Site) -> set[str]:
 
 def ground_and_masts(site: Site, rasterise: Rasterise) -> tuple[Blocker, ...]:
     """Return the ground and the masts, as they follow from a site's shape, cranes and rules."""
-    several = site.has_several_cranes
+    several = len(site.cranes) > 1
     masts = (_mast(crane, site.rules, site.frame, site.shape, rasterise, several=several) for crane in site.cranes)
     return (_ground(Ground.of(site).tops(), site.shape), *(mast for mast in masts if mast is not None))
 
@@ -377,6 +386,7 @@ def _with_fixed_digests(site: Site) -> Site:
         [(blocker.id, blocker.kind, blocker.mesh) for blocker in blockers],
         site.site_to_ifc,
         *([] if site.access is None else [site.access]),
+        *([] if site.moving is None else [site.moving]),
         *([] if site.natural_ground_m is None else [site.natural_ground_m]),
         site.source.get("sha256"),  # the file's name and the rest do not affect a plan
     )
@@ -386,7 +396,8 @@ def _with_fixed_digests(site: Site) -> Site:
 def labels_of(site: Site) -> NDArray[np.uint8]:
     """Return the (X, Y, Z) labels that follow from a site's blockers, its yard and its construction area."""
     slab = _slab(site.yard, site.labels[:, :, 0] == Label.CONSTRUCTION_AREA)
-    above = sorted(site.blockers, key=lambda blocker: (blocker.kind != "ground", blocker.kind == "obstruction"))
+    there = _all_the_time(site.blockers, moves=site.moving is not None)
+    above = sorted(there, key=lambda blocker: (blocker.kind != "ground", blocker.kind == "obstruction"))
     return _labels(slab, site.shape, above)
 
 

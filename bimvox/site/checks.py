@@ -50,7 +50,7 @@ def check_mast(config: SiteConfig, key: str, mast: Blocker, components: Sequence
     there[tuple(mast.cells.T)] = True
     for component in components:
         if there[tuple((component.shape.cells + np.array(component.target_vox)).T)].any():
-            raise config.error(f"{key}.base_m", f"the mast is at the place of component {component.label}")
+            raise config.error(key, f"the mast is at the place of component {component.label}")
 
 
 def check_samples(config: SiteConfig, components: Sequence[Component]) -> None:
@@ -166,11 +166,6 @@ def unloading_columns(site: Site, component: Component) -> NDArray[np.int64]:
 _SLACK_M = 0.1
 
 
-def crane_key(number: int, count: int) -> str:
-    """Return the key of a crane's table in the site file."""
-    return "crane" if count == 1 else f"crane[{number}]"
-
-
 def check_cranes(config: SiteConfig, cranes: Sequence[TowerCrane], separation_m: float) -> None:
     """Raise an error for masts without a height or that overlap, and for a jib that would hit another crane's mast.
 
@@ -184,12 +179,14 @@ def check_cranes(config: SiteConfig, cranes: Sequence[TowerCrane], separation_m:
         (*_, foot_m), (*_, top_m) = mast_box_m(crane)
         if foot_m >= top_m:
             raise config.error(
-                f"{crane_key(number, len(cranes))}.base_m",
+                config.crane_key(number),
                 f"{crane.name} stands at a height of {foot_m:.1f} m, but its mast ends at {top_m:.1f} m above the "
                 "site's z = 0",
                 hint="raise jib_height_m, move the crane to lower ground, or give base_m a third value: the height of "
                 "its foot",
             )
+    if config.moves:
+        return
     for a, b in combinations(range(len(cranes)), 2):
         one, other = cranes[a], cranes[b]
         (low, high), (low_b, high_b) = mast_box_m(one), mast_box_m(other)

@@ -6,6 +6,7 @@ taken.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -14,6 +15,7 @@ import scipy.ndimage as ndi
 from numpy.typing import NDArray
 
 from bimvox.crane.tower_crane import TowerCrane
+from bimvox.site.component import Component
 from bimvox.site.site import Site, is_mast_of
 
 PLACE_M = 8.0
@@ -65,18 +67,18 @@ class _Ground:
     Args:
         site: The site.
         crane: The crane that stands there; its own mast is not in its way.
-        finished: Whether all parts are in place.
+        parts: What is in place.
         more_m: How much wider the margin is than a place needs.
     """
 
-    def __init__(self, site: Site, crane: TowerCrane, *, finished: bool, more_m: float = 0.0) -> None:
+    def __init__(self, site: Site, crane: TowerCrane, parts: Iterable[Component], more_m: float = 0.0) -> None:
         cell_m, floor_vox = site.frame.voxel_size_m, site.ground_vox + 1
         taken, high = np.zeros(site.shape[:2], np.bool_), int(np.ceil(HEADROOM_M / cell_m))
         for blocker in site.blockers:
-            own = blocker.kind == "crane" and is_mast_of(crane, blocker.id)
+            own = blocker.kind == "crane" and (site.moving is not None or is_mast_of(crane, blocker.id))
             if blocker.kind != "ground" and not own:
                 _take(taken, blocker.cells, floor_vox, high)
-        for part in site.components if finished else ():
+        for part in parts:
             _take(taken, part.shape.cells + np.array(part.target_vox, np.int32), floor_vox, high)
         taken |= site.dug_m > 1e-6
         if site.natural_ground_m is not None:
@@ -171,7 +173,12 @@ def _steep(ground_m: NDArray[np.float64], size_m: float) -> _Columns:
 
 def way_in(site: Site, crane: TowerCrane, *, finished: bool) -> Place:
     """Return whether a mobile crane can drive to its own place, or away from it when the parts are in place."""
-    ground = _Ground(site, crane, finished=finished)
+    return way_among(site, crane, site.components if finished else ())
+
+
+def way_among(site: Site, crane: TowerCrane, parts: Iterable[Component]) -> Place:
+    """Return whether a mobile crane can drive to its own place, or away from it, when some parts are in place."""
+    ground = _Ground(site, crane, parts)
     column = ground.column_of(crane.base_m)
     for room, anyhow in ((Room.FREE, False), (Room.UNKNOWN, True)):
         if ground.reached(anyhow=anyhow)[column]:
@@ -184,7 +191,7 @@ def place_beside(site: Site, crane: TowerCrane, foundation_m: float, *, finished
 
     ``foundation_m``: edge of the tower crane's foundation, on which nothing else stands.
     """
-    ground = _Ground(site, crane, finished=finished)
+    ground = _Ground(site, crane, site.components if finished else ())
     apart_m = ground.stand_on(crane, foundation_m)
     for room, anyhow in ((Room.FREE, False), (Room.UNKNOWN, True)):
         good = ground.fits((PLACE_M, PLACE_M), anyhow=anyhow) & (apart_m <= REACH_M) & ground.reached(anyhow=anyhow)
@@ -199,7 +206,7 @@ def room_for_jib(site: Site, crane: TowerCrane, foundation_m: float, *, finished
 
     Its middle is as far from the mobile crane as this may be from the mast.
     """
-    ground = _Ground(site, crane, finished=finished, more_m=REACH_M + crane.jib_own_m)
+    ground = _Ground(site, crane, site.components if finished else (), REACH_M + crane.jib_own_m)
     near = ground.stand_on(crane, foundation_m) <= 2.0 * REACH_M
     long_m, wide_m = crane.jib_own_m, JIB_WIDE_M
     for room, anyhow in ((Room.FREE, False), (Room.UNKNOWN, True)):

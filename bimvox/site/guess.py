@@ -231,14 +231,15 @@ def cranes_that_fit(
     ``machines``: the machines to compare; empty: those of the catalogue.
 
     Returns:
-        None for the crane of a site without one. The machines are in the order given, those of the catalogue by size.
+        None for the crane of a site without one, or of one that moves. The machines are in the order given, those of
+        the catalogue by size.
     """
     placed, lifted = _placed_and_lifted(config, building)
     size_m = config.model.voxel_size_m or VOXEL_SIZES_M[0]
     height_m, plan = top_m(placed) + 2 * size_m, ground_plan(placed.elements)
     rigs, cranes = rigs_of(config, lifted), cranes_of(config)
     own = None
-    if cranes:
+    if cranes and not config.moves:  # how one place serves says nothing of a crane that moves
         chosen = rigs if gear_by_crane(config, 1)[0] is not None else None
         own = fit_here(Wanted(config, lifted, plan, height_m, chosen), cranes[0])
     return own, tuple(compare_cranes(Wanted(config, lifted, plan, height_m, rigs), machines or catalogue()))

@@ -11,6 +11,7 @@ from typing import Any, Literal
 from bimvox.crane.auxiliary import Auxiliary
 from bimvox.crane.kinematics import with_luffing_jib, with_reeving
 from bimvox.crane.machine import Machine, carries_most, differences
+from bimvox.crane.sectors import charts_of
 from bimvox.crane.tower_crane import UNLIMITED, LuffingJib, Override, Reeving, SlowZone, TowerCrane
 from bimvox.errors import ConfigError, InputError, enumerated
 from bimvox.site.catalogue import every_machine, machine_called, machines_of, usual_machine
@@ -19,6 +20,7 @@ from bimvox.site.config.crane import (
     CraneConfig,
     LuffAxisConfig,
     LuffingConfig,
+    MovingConfig,
     OverrideConfig,
     SlewingConfig,
     TravelConfig,
@@ -30,6 +32,7 @@ from bimvox.site.config.machine_file import MACHINE_FILE, MACHINE_FILES
 from bimvox.site.config.project import support_of
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.config.validation import in_radians
+from bimvox.site.moving import Moving
 
 _LENGTHS = (
     "pivot_height_m", "pivot_offset_m", "length_m", "tail_radius_m", "tail_low_m", "tail_width_m", "width_m",
@@ -119,11 +122,51 @@ def cranes_of(config: SiteConfig) -> tuple[TowerCrane, ...]:
             if error.path != config.file:
                 raise
             own = error.message.removeprefix(f"{error.path}: {error.key}").lstrip(": ")
-            key = f"crane[{number}]{(error.key or '').removeprefix('crane')}"
+            first, _, rest = (error.key or "").removeprefix("crane.").partition(".")
+            key = config.crane_key(number, first) + (f".{rest}" if rest and not config.moves else "")
             raise config.error(key, own, available=error.available, hint=error.hint) from None
         assert crane is not None
         cranes.append(_on_foundation(config, crane, is_first=number == 0))
-    return tuple(cranes)
+    return _in_set_ups(config, cranes) if config.moves else tuple(cranes)
+
+
+def _in_set_ups(config: SiteConfig, cranes: Sequence[TowerCrane]) -> tuple[TowerCrane, ...]:
+    """Return one crane in each of its set-ups, under the names of these."""
+    assert isinstance(config.crane, CraneConfig)
+    if cranes[0].kind != "mobile":
+        raise config.error(
+            "crane.setup",
+            f"is for a mobile crane, but {cranes[0].name} stays where it is",
+            hint="give one place as [crane] base_m, or name a mobile crane",
+        )
+    return tuple(
+        replace(crane, name=f"{crane.name} at {one.name}", machine=crane.machine or crane.name)
+        for one, crane in zip(config.crane.setup, cranes, strict=True)
+    )
+
+
+_CLASSES_MIN = ((60_000.0, 30.0, 45.0), (130_000.0, 45.0, 60.0), (float("inf"), 90.0, 120.0))
+"""Largest capacity up to which it holds, kg; time to derig and to rig, minutes (professional judgement): larger cranes
+have more counterweight, which comes off before they drive, and larger mats."""
+
+
+def moving_of(config: SiteConfig, cranes: Sequence[TowerCrane]) -> Moving | None:
+    """Return how the crane of a site file moves; None if the cranes stay where they are.
+
+    ``cranes``: the crane in each of its set-ups, from ``bimvox.site.machine.cranes_of``.
+    """
+    if not config.moves:
+        return None
+    assert isinstance(config.crane, CraneConfig)
+    given = config.crane.moving or MovingConfig()
+    most_kg = max(kg for crane in cranes for chart in charts_of(crane) for kg in chart.capacity_kg)
+    derig_min, rig_min = next(minutes for limit_kg, *minutes in _CLASSES_MIN if most_kg <= limit_kg)
+    return Moving(
+        tuple(one.name for one in config.crane.setup),
+        derig_s=60.0 * (derig_min if given.derig_min is None else given.derig_min),
+        drive_m_s=given.drive_km_h / 3.6,
+        rig_s=60.0 * (rig_min if given.rig_min is None else given.rig_min),
+    )
 
 
 def crane_of(config: SiteConfig) -> TowerCrane | None:

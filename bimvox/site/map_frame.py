@@ -83,7 +83,7 @@ def read_from_map(config: SiteConfig, building: Building) -> SiteConfig:
     if config.model.ground_m is None:
         for number, crane in enumerate(config.cranes):
             if crane.base_m is not None and len(crane.base_m) > 2:
-                key = f"crane[{number}].base_m" if len(config.cranes) > 1 else "crane.base_m"
+                key = config.crane_key(number)
                 hint = "add [model] ground_m, or leave the height out: the crane stands on the ground"
                 raise config.error(key, "a height on the map needs the height of the ground", hint=hint)
         grounded = config.at_ground(0.0)
@@ -139,7 +139,16 @@ def on_site(config: SiteConfig, site_to_ifc: NDArray[np.float64], ifc_to_map: Ma
             "plot": areas.plot and polygon(areas.plot),
         }
     )
-    cranes = [one.model_copy(update={"base_m": one.base_m and at(one.base_m)}) for one in config.cranes]
+    given = config.crane if isinstance(config.crane, tuple) else () if config.crane is None else (config.crane,)
+    cranes = [
+        one.model_copy(
+            update={
+                "base_m": one.base_m and at(one.base_m),
+                "setup": tuple(place.model_copy(update={"base_m": at(place.base_m)}) for place in one.setup),
+            }
+        )
+        for one in given
+    ]
     several = isinstance(config.crane, tuple)
     return config.model_copy(
         update={
@@ -160,7 +169,7 @@ def _points(config: SiteConfig) -> Iterator[tuple[str, Sequence[float]]]:
             yield from ((f"areas.{name}[{number}]", corner) for corner in polygon)
     for number, crane in enumerate(config.cranes):
         if crane.base_m is not None:
-            yield f"crane[{number}].base_m" if len(config.cranes) > 1 else "crane.base_m", crane.base_m
+            yield config.crane_key(number), crane.base_m
     for number, zone in enumerate(config.zone):
         yield from ((f"zone[{number}].polygon", corner) for corner in zone.polygon)
 

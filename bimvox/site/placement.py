@@ -222,7 +222,8 @@ def _around(
         corners += [np.array(mast_box_m(crane))[:, :2] for crane in cranes]
         highest_load_m = max(crane.highest_hook_m - crane.sling_m for crane in cranes)
         highest = max(min(highest, highest_load_m), float(bounds[1, 2]))
-        highest = max([highest, *_over_other_cranes(cranes, config.rules.crane_separation_m)])
+        if not config.moves:
+            highest = max([highest, *_over_other_cranes(cranes, config.rules.crane_separation_m)])
     points = np.concatenate(corners)
     margin = MARGIN_VOX + whole_cells(clearance_m, size_m)
     low = (np.floor(points.min(axis=0) / size_m + 1e-6) - margin) * size_m

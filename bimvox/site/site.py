@@ -31,6 +31,7 @@ from bimvox.site.component import Component
 from bimvox.site.crew_times import FIELD_TIMES, TimesByWork
 from bimvox.site.default_rules import FlipRules, Kept, YardRules
 from bimvox.site.means import Means
+from bimvox.site.moving import Moving
 from bimvox.site.props import PropRules
 from bimvox.site.work import Work, kind_of
 from bimvox.sparse import SPARSE, names_to_write
@@ -182,6 +183,7 @@ class Site:
         hook_heights: Limits of the hook's height over columns; None if there are none.
         natural_ground_m: (X, Y) float64, the height of the ground before anything is dug; None if it is 0 everywhere.
         access: (X, Y) bool, columns on which trucks drive and stand, none of them yard; None if that is not planned.
+        moving: How the one crane moves whose set-ups ``cranes`` are; None if the cranes stay where they are.
         source: Plain values about the model (``name``, ``sha256`` ...).
         notes: Remarks on the site, one sentence each.
         obstruction_notes: Remarks on the obstructions (clipped, outside).
@@ -204,6 +206,7 @@ class Site:
     hook_heights: HookHeights | None = None
     natural_ground_m: NDArray[np.float64] | None = field(default=None, metadata=SPARSE)
     access: NDArray[np.bool_] | None = field(default=None, metadata=SPARSE)
+    moving: Moving | None = field(default=None, metadata=SPARSE)
     source: Mapping[str, str | float | bool] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     obstruction_notes: tuple[str, ...] = ()
@@ -229,8 +232,19 @@ class Site:
 
     @property
     def has_several_cranes(self) -> bool:
-        """Whether there is more than one crane: logs and documents then name the crane of each lift."""
+        """Whether there is more than one crane at a time: each has its own clock, and they keep apart."""
+        return len(self.cranes) > 1 and self.moving is None
+
+    @property
+    def names_cranes(self) -> bool:
+        """Whether logs and documents name the crane of each lift, of one that moves its set-up."""
         return len(self.cranes) > 1
+
+    def stands_in(self, blocker: Blocker, crane: int) -> bool:
+        """Return whether a blocker is there while a crane is at work: of one that moves, no other set-up is."""
+        if self.moving is None or blocker.kind != CRANE_ID:
+            return True
+        return is_mast_of(self.cranes[crane], blocker.id)
 
     @property
     @kept

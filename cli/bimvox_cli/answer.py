@@ -121,7 +121,10 @@ def _crane(document: Document) -> str | None:
     if not document["cranes"]:
         return None
     figures = document["figures"]
-    cranes = (f"{one['name']}, jib {one['jib_length_m']:.4g} m, {one['falls']} falls" for one in document["cranes"])
+    cranes = [f"{one['name']}, jib {one['jib_length_m']:.4g} m, {one['falls']} falls" for one in document["cranes"]]
+    if used := [one for one in document.get("set_ups", ()) if one["lifts"]]:
+        stays = (f"{one['name']} {one['first']} to {one['last']}" for one in used)
+        cranes = [f"{document['cranes'][0]['machine']}, lifts by set-up: {', '.join(stays)}"]
     words, wind, days = "; ".join(cranes), figures.get("permitted_wind"), figures.get("hire_days")
     words += f"; every lift is permitted in wind up to {wind['speed_m_s']:.1f} m/s" if wind else ""
     return words + (f"; on hire for {counted(days, 'working day')}, waits and wind included" if days else "")

@@ -171,8 +171,9 @@ def figures_of(document: Document) -> Iterator[tuple[str, object]]:
     yield "log", document["log"]
     yield from time_fields(document["time"])
     yield from ((name, note) for name, note in _about_dates(document["calendar"]))
-    yield from crane_fields(document["cranes"])
+    yield from crane_fields(document["cranes"], document.get("set_ups", ()))
     yield from figure_fields(document["figures"])
+    yield "moves", _moves(document)
     yield "waits", _waits(document)
     yield "props", props_in_words(document)
     yield "material lifts", _material_lifts(document)
@@ -191,9 +192,18 @@ def _about_dates(calendar: Document | None) -> Iterator[tuple[str, str]]:
     yield from (("", note) for note in (calendar or {}).get("notes", ()))
 
 
+def _moves(document: Document) -> str | None:
+    """Return how often and how long the crane moves to another set-up."""
+    if not (moves := document.get("moves")):
+        return None
+    moved_ns = round(1e9 * sum(move["ends_s"] - move["begins_s"] for move in moves))
+    return f"the crane moves {counted(len(moves), 'time')}, {hours(moved_ns)} in all"
+
+
 def _waits(document: Document) -> str | None:
     """Return how often and how long the crane waits for concrete and joints."""
-    if not (pauses := document["pauses"]):
+    moved = {move["number"] for move in document.get("moves", ())}
+    if not (pauses := [pause for pause in document["pauses"] if pause["number"] not in moved]):
         return None
     paused_ns = round(1e9 * sum(pause["length_s"] for pause in pauses))
     return f"the crane waits {counted(len(pauses), 'time')} for concrete or joints, {hours(paused_ns)} in all"

@@ -64,9 +64,20 @@ def not_covered(lines: Sequence[Mapping[str, Any]]) -> str | None:
 # The cranes of a plan, for people: which machine each is, and what the site changes in it.
 
 
-def crane_fields(cranes: Sequence[Mapping[str, Any]]) -> list[tuple[str, object]]:
-    """Return names and values about the cranes of a document: machine, jib, falls and overrides."""
+def crane_fields(
+    cranes: Sequence[Mapping[str, Any]], set_ups: Sequence[Mapping[str, Any]] = ()
+) -> list[tuple[str, object]]:
+    """Return names and values about the cranes of a document: machine, jib, falls and overrides.
+
+    ``set_ups``: those of one crane that moves; the cranes are the crane in each of them.
+    """
     found: list[tuple[str, object]] = []
+    for number, (crane, place) in enumerate(zip(cranes, set_ups, strict=False), start=1):
+        lifts = f"lifts {place['first']} to {place['last']}" if place["lifts"] > 1 else f"lift {place['first']}"
+        what = lifts if place["lifts"] else "serves no lift: the crane does not go there"
+        found.append((f"set-up {number}", f"{crane['name']}, jib {crane['jib_length_m']:.4g} m: {what}"))
+    if set_ups:
+        cranes = [{**cranes[0], "name": cranes[0]["machine"]}]
     for number, crane in enumerate(cranes, start=1):
         heading = "crane" if len(cranes) == 1 else f"crane {number}"
         own = "" if crane["name"] == crane["machine"] else f"{crane['name']}: "

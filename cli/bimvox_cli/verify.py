@@ -117,7 +117,9 @@ def _figures(console: Console, document: Mapping[str, Any]) -> None:
     values = sum(check["samples"] for check in made)
     console.print()
     cranes = "; ".join(
-        str(value) for name, value in crane_fields(document["cranes"]) if value and "override" not in name
+        str(value)
+        for name, value in crane_fields(document["cranes"], document.get("set_ups", ()))
+        if value and "override" not in name
     )
     in_lines(
         console,

@@ -25,7 +25,7 @@ from bimvox.progress import Progress
 from bimvox.records.dates import PlanDates
 from bimvox.records.lift import LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
-from bimvox.records.steps import needed_by_ns, not_lifted_groups
+from bimvox.records.steps import needed_by_ns, not_lifted_groups, set_up_documents
 from bimvox.records.unloading import deliveries_of
 from bimvox.remarks.proven_props import proven_props
 from bimvox.rendering.page.lifts import governing
@@ -116,7 +116,7 @@ def _document_of(
                 **_seen(site, motion),
                 **_when(times, lift.order),
                 **({"with_jib": True} if lift.with_jib else {}),
-                **({"crane": site.cranes[component.crane].name} if site.has_several_cranes else {}),
+                **({"crane": site.cranes[component.crane].name} if site.names_cranes else {}),
             }
         )
     return {
@@ -133,6 +133,7 @@ def _document_of(
         ],
         "time": times.time if times else None,
         "deliveries": _deliveries(proven.plan, times) if times else [],
+        **set_up_documents(site, proven.motions, steps),
         **steps.documents(site),
         **proven_props(proven.plan, tuple(proven.motions)).documents(site),
         "clashes": [

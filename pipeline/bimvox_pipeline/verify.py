@@ -13,7 +13,7 @@ from bimvox.log.plan_log import PlanLog, all_remarks
 from bimvox.progress import Progress
 from bimvox.records.lift import infeasible_among
 from bimvox.records.proof import CHECK, Check, Verification
-from bimvox.records.steps import by_other_means, not_lifted_groups, proven_in_words
+from bimvox.records.steps import by_other_means, not_lifted_groups, proven_in_words, set_up_documents
 from bimvox.remarks.conditions import conditions_of
 from bimvox.remarks.not_covered import NotCovered, not_covered_by
 from bimvox.units import clock
@@ -62,6 +62,7 @@ def verify(
         "not_lifted": [
             one.to_dict() for one in not_lifted_groups(record.plan.site, record.all_lifts, record.motions, record.steps)
         ],
+        **set_up_documents(record.plan.site, record.motions, record.steps),
         **record.steps.documents(record.plan.site),
         **record.props.documents(record.plan.site),
         "by_other_means": len(by_other_means(record.all_lifts)),

@@ -17,7 +17,7 @@ from bimvox.planning.planner import plan_lifts
 from bimvox.planning.stage import refused_by_crane
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
-from bimvox.site.checks import check_access, check_cranes, crane_key, ground_of, unloading_columns
+from bimvox.site.checks import check_access, check_cranes, ground_of, unloading_columns
 from bimvox.site.config.file import parse_site_config
 from bimvox.site.config.site_config import AreasConfig
 from bimvox.site.config.template import site_toml
@@ -158,5 +158,9 @@ def test_masts_on_one_another_are_refused():
 
 
 def test_the_key_of_a_crane_has_its_number_where_there_are_several():
-    assert crane_key(0, 1) == "crane"
-    assert crane_key(1, 2) == "crane[1]"
+    one, other = ('name = "a"\nbase_m = [0, 0]\n', 'name = "b"\nbase_m = [90, 0]\n')
+    assert read(f"[crane]\n{one}").crane_key(0) == "crane.base_m"
+    assert read(f"[[crane]]\n{one}[[crane]]\n{other}").crane_key(1) == "crane[1].base_m"
+    moves = '[crane]\nmachine = "mobile-60t"\n' + f"[[crane.setup]]\n{one}[[crane.setup]]\n{other}"
+    assert read(moves).crane_key(1, "jib") == "crane.setup[1].boom_m"
+    assert read(moves).crane_key(1, "machine") == "crane.machine"

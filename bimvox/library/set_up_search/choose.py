@@ -237,6 +237,11 @@ def search_set_ups(
         InputError: If the site has several cranes or none, no machine serves any part, or all cost more than the
             budget, or the site file states of the given crane what does not hold for another machine.
     """
+    if site.config.moves:
+        raise InputError(
+            f"{name}: the set-ups of a crane that moves are not chosen yet: its {len(site.config.cranes)} are given",
+            hint="plan with other set-ups and compare, or give the crane one place, [crane] base_m",
+        )
     count = len(site.config.cranes)
     if count != 1 or site.config.cranes[0].kind == "none":
         raise InputError(

@@ -33,7 +33,7 @@ from bimvox.log.scene import SceneUpdates, states_at
 from bimvox.log.schema import METADATA
 from bimvox.log.track import crane_track
 from bimvox.log.transforms import voxel_grid
-from bimvox.records.motion import LiftMotion
+from bimvox.records.motion import LiftMotion, stays_of
 from bimvox.site.component import ConstructionState
 from bimvox.stop.redirect import Held
 from bimvox.stop.resume import cut_short
@@ -212,6 +212,9 @@ def standing_messages(record: PlanLog, time_ns: int, hanging: Collection[int] = 
     site, lifts = record.plan.site, record.all_lifts
     yield time_ns, topics.VOXELS, voxel_grid(site, time_ns)
     scene = SceneUpdates(site, {lift.component: lift for lift in lifts}, {})
+    if site.moving is not None:
+        stays = [stay for stay in stays_of(record.motions) if stay.from_ns <= time_ns]
+        scene.set_up = stays[-1].crane if stays else scene.set_up
     yield time_ns, topics.SCENE, scene.afresh(time_ns)
     by_order = {lift.order: lift for lift in lifts}
     under_way = [motion for motion in _last_begun(record.motions, time_ns).values() if motion.end_ns > time_ns]

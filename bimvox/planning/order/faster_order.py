@@ -239,6 +239,8 @@ def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[ErectionSequence, 
             places = rounds[-1][1]
             travel_axes = [(target_axes(site, travel), pick_axes(site, travel, places), travel) for travel in travels]
             prefer = Shared(site, travel_axes)
+        elif site.moving is not None:
+            prefer = _QuickestOfEach(site, travels, rounds[-1][1])
         else:
             prefer = _Quickest(site, travels[0], rounds[-1][1])
         sequence = sequencer.order(prefer)
@@ -269,9 +271,10 @@ def travel_of(site: Site, crane: TowerCrane) -> Travel:
 
 
 def _busiest_s(site: Site, travels: Sequence[Travel], order: tuple[int, ...], places: Places) -> float:
-    """Return the largest travel time of any crane, seconds, see :func:`travel_s`."""
+    """Return the largest travel time of any crane, of one that moves the sum, seconds, see :func:`travel_s`."""
     own = [tuple(i for i in order if site.components[i].crane == k) for k in range(len(travels))]
-    return max(travel_s(site, travel, own[k], places) for k, travel in enumerate(travels))
+    each_s = [travel_s(site, travel, own[k], places) for k, travel in enumerate(travels)]
+    return max(each_s) if site.moving is None else sum(each_s)
 
 
 def travel_s(site: Site, travel: Travel, order: tuple[int, ...], places: Places) -> float:
@@ -309,6 +312,20 @@ class _Quickest:
         after = self._empty_s[numbers[:, None], numbers[None]] + np.diag(np.full(len(numbers), np.inf))
         cost = after.min(axis=1) + (self._empty_s[order[-1], numbers] if order else 0.0)
         return int(numbers[np.argmin(cost)])
+
+
+class _QuickestOfEach:
+    """Chooses as :class:`_Quickest` does, by the travel times of the set-up in which the part is lifted."""
+
+    def __init__(self, site: Site, travels: Sequence[Travel], places: Places) -> None:
+        self._crane = [component.crane for component in site.components]
+        self._each = [_Quickest(site, travel, places) for travel in travels]
+
+    def __call__(self, ready: list[int], order: list[int]) -> int:
+        """Return the next part: those that may come next belong to one set-up."""
+        number = min(self._crane[i] for i in ready)
+        here = order[-1:] if order and self._crane[order[-1]] == number else []
+        return self._each[number]([i for i in ready if self._crane[i] == number], here)
 
 
 def _with_place(places: Places) -> int:

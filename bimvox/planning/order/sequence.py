@@ -142,21 +142,22 @@ def _bounds_m(feet_m: Sequence[float]) -> list[tuple[float, float]]:
 
 # Erection stages: the preferred order of the parts, as far as geometry permits.
 #
-# Preferences rank: ``first`` in the site file, its assembly zones, the schedule in the building file, levels, and
-# within a level the classes of parts: footings, columns and walls, beams, slabs and stairs, then what stands on that
-# floor. If there are neither columns nor walls, the storeys of the building file take the place of the classes. Every
-# part has a stage. A part that another one needs comes no later than that one's stage. So a preference never
-# contradicts geometry: if it would, the part comes earlier, and a note names both.
+# If a crane moves, its set-ups come first: each part belongs to one. Preferences rank: ``first`` in the site file, its
+# assembly zones, the schedule in the building file, levels, and within a level the classes of parts: footings, columns
+# and walls, beams, slabs and stairs, then what stands on that floor. If there are neither columns nor walls, the
+# storeys of the building file take the place of the classes. Every part has a stage. A part that another one needs
+# comes no later than that one's stage. So a preference never contradicts geometry: if it would, the part comes
+# earlier, and a note names both.
 
-_KINDS = ("first", "zone", "task", "storey", "rank")
+_KINDS = ("set-up", "first", "zone", "task", "storey", "rank")
 _CALLED = {"rank": "class"}
 _NAMED = 10
 
-Stage = tuple[int, int, int, int, int]
+Stage = tuple[int, int, int, int, int, int]
 
 
 def stages(
-    components: Sequence[Component], graph: OrderGraph, supports: Sequence[Sequence[int]]
+    components: Sequence[Component], graph: OrderGraph, supports: Sequence[Sequence[int]], *, by_set_up: bool = False
 ) -> tuple[tuple[Stage, ...], tuple[str, ...]]:
     """Return the stage of every component, and notes on the preferences that were not kept.
 
@@ -164,8 +165,9 @@ def stages(
         components: The components.
         graph: Which must come before which.
         supports: Per component, those that it rests on.
+        by_set_up: Whether the cranes of the components are the set-ups of one that moves.
     """
-    preferred = _preferred(components, supports)
+    preferred = _preferred(components, supports, by_set_up=by_set_up)
     kept = list(preferred)
     cause = list(range(len(components)))
     for i in reversed(graph.topological()):
@@ -175,7 +177,7 @@ def stages(
     return tuple(kept), _notes(components, preferred, kept, cause)
 
 
-def _preferred(components: Sequence[Component], supports: Sequence[Sequence[int]]) -> list[Stage]:
+def _preferred(components: Sequence[Component], supports: Sequence[Sequence[int]], *, by_set_up: bool) -> list[Stage]:
     zones = 1 + max((c.hints.zone for c in components if c.hints.zone is not None), default=-1)
     tasks = 1 + max((c.hints.task_rank for c in components if c.hints.task_rank is not None), default=-1)
     levels = [0] * len(components)
@@ -184,6 +186,7 @@ def _preferred(components: Sequence[Component], supports: Sequence[Sequence[int]
     by_class = any(_uprights_of(components))
     return [
         (
+            c.crane if by_set_up else 0,
             0 if c.hints.first else 1,
             zones if c.hints.zone is None else c.hints.zone,
             tasks if c.hints.task_rank is None else c.hints.task_rank,
@@ -203,7 +206,9 @@ def _notes(
             continue
         kind = _KINDS[next(n for n in range(len(own_stage)) if stage[n] != own_stage[n])]
         own, other = components[i], components[cause[i]]
-        if kind == "zone":
+        if kind == "set-up":
+            where = "is set before the crane comes to its set-up for good"
+        elif kind == "zone":
             where = f"is set with {other.hints.zone_name}, not with {own.hints.zone_name or 'parts outside all zones'}"
         elif kind == "task":
             task = f"task {own.hints.task!r}" if own.hints.task is not None else "no task"
@@ -217,7 +222,7 @@ def _notes(
             continue
         found[kind].append(f"{own.label} {where}: {other.label} needs it")
     notes = []
-    for kind in _KINDS[1:]:
+    for kind in (one for one in _KINDS if one != "first"):
         notes += found[kind][:_NAMED]
         if len(found[kind]) > _NAMED:
             notes.append(
@@ -263,7 +268,9 @@ class Sequencer:
     def __init__(self, site: Site, relations: Precedence, contacts: Contacts) -> None:
         self._site, self._relations = site, relations
         self._graph = order_graph(site, relations, contacts)
-        own, self._stage_notes = stages(site.components, self._graph, relations.supports)
+        own, self._stage_notes = stages(
+            site.components, self._graph, relations.supports, by_set_up=site.moving is not None
+        )
         number = {stage: n for n, stage in enumerate(sorted(set(own)))}
         self._stages = np.array([number[stage] for stage in own], np.int64)
         self._foot_m = np.array([float(c.mesh.bounds_m[0, 2]) for c in site.components])

@@ -157,6 +157,13 @@ _VERDICT = Record(
     ("remarks", str, "How many remarks there are."),
     ("remarks_light", _LIGHT, "Their light.", "remarks_light.value"),
 )
+_MOVE = Record(
+    "PageMove",
+    "A move of a crane to another set-up.",
+    ("to", Count, "The set-up: index in ``set_ups``.", "goes_to"),
+    ("takes_s", float, "How long it takes, from derigging until it is rigged.",
+     lambda move: (move.ends_ns - move.begins_ns) / 1e9),
+)  # fmt: skip
 _REVISION = Record(
     "PageRevision",
     "One plan of the site.",
@@ -177,6 +184,8 @@ _REVISION = Record(
     ("elapsed_s", Maybe(float), "Elapsed time, if there is work that the crane does not do.",
      lambda it, _: it.steps.elapsed_ns(it.motions) / 1e9 if it.steps != Steps() else None),
     ("paused_s", float, "How long the crane pauses.", lambda it, _: it.steps.paused_ns / 1e9),
+    ("moves", Several(_MOVE), "Moves of the crane to other set-ups.",
+     lambda it, _: [_MOVE.of(one) for one in it.steps.moves] or None, ()),
     ("dates", tuple[tuple[float, float, float], ...],
      "Of each block of lifts: begin and end, crane time, and its begin in local time, seconds after 1970.",
      lambda it, _: _blocks(it.times) if it.times else None, ()),
@@ -227,6 +236,7 @@ or ``f32``, the offset in bytes.
     ("colours", _COLOURS, "Of states and kinds."),
     ("crane", Maybe(CRANE), "The (first) crane."),
     ("other_cranes", Several(CRANE), "The others.", None, ()),
+    ("set_ups", tuple[str, ...], "Set-ups, if the cranes are one that moves.", None, ()),
     ("geometries", Several(_GEOMETRY), "Shapes."),
     ("parts", Several(_PART), "Parts."),
     ("standing", Several(_STANDING), "Existing structure."),
@@ -275,6 +285,7 @@ def document_of(source: PageSource) -> tuple[dict[str, Any], bytes]:
         "colours": colours,
         "crane": crane_record(site.cranes[0], blob) if site.cranes else None,
         **({"other_cranes": [crane_record(crane, blob) for crane in others]} if others else {}),
+        **({} if site.moving is None else {"set_ups": list(site.moving.names)}),
         "geometries": [_GEOMETRY.of(geometry, blob) for geometry in shapes.geometries],
         "parts": [_part_record(site, n, shapes, blob) for n in range(len(site.components))],
         "standing": _standing_records(site, shapes, blob),

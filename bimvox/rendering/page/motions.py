@@ -107,7 +107,7 @@ def crane_motion(site: Site, motion: LiftMotion, track: LoadTrack, blob: Blob) -
     )
     return {
         "kind": "crane",
-        **({"crane": motion.crane} if site.has_several_cranes else {}),
+        **({"crane": motion.crane} if site.names_cranes else {}),
         "keys": blob.put_steps(_rows(time_ns[chosen] - motion.start_ns, axes[chosen] * scale)),
         "below_m": rounded(below_m),
         "tip": _tip(site, track, motion, blob),

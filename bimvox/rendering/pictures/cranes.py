@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.links import Line, Vec3, counter_jib_m, links_of, struts
 from bimvox.crane.tower_crane import CranePose, TowerCrane, tip_height_m
-from bimvox.records.motion import LiftMotion
+from bimvox.records.motion import LiftMotion, stays_of
 from bimvox.rendering.colours import CONCRETE, CRANE, CRANE_EDGE, ROPE
 from bimvox.rendering.pictures.scene import Block, Layer, Strokes
 from bimvox.site.component import Rgb
@@ -28,11 +28,13 @@ def site_cranes(
     """Return the lines and boxes of all cranes of a site.
 
     Poses and loads ((N, 3) lifting points) are given by the crane's index; other cranes are parked, other hooks empty.
+    A crane that moves stands where it has a pose; without any, it is drawn in each of its set-ups.
     """
     poses, loads_m = poses or {}, loads_m or {}
     parts = [
         crane_parts(crane, poses.get(number) or parked_pose(site, crane), loads_m.get(number))
         for number, crane in enumerate(site.cranes)
+        if site.moving is None or not poses or number in poses
     ]
     if len(parts) == 1:
         return parts[0]
@@ -44,9 +46,12 @@ def site_cranes(
 
 
 def poses_at(site: Site, motions: Sequence[LiftMotion], time_ns: int) -> dict[int, CranePose]:
-    """Return every crane's pose at a time; a crane rests where its last motion ends."""
-    poses = {}
-    for number in range(len(site.cranes)):
+    """Return every crane's pose at a time; a crane rests where its last motion ends, one that moves in one set-up."""
+    poses, there = {}, list(range(len(site.cranes)))
+    if site.moving is not None:
+        stays = stays_of(motions)
+        there = [stay.crane for stay in (*stays[:1], *(one for one in stays if one.from_ns <= time_ns))][-1:]
+    for number in there:
         own = [motion for motion in motions if motion.crane == number]
         begun = [motion for motion in own if motion.start_ns <= time_ns]
         if own:

@@ -79,7 +79,7 @@ class Film:
         """Return the lift under way of every crane, ordered by start."""
         latest: dict[int, LoadTrack] = {}
         for track in self.tracks:
-            number = self.site.components[track.lift.component].crane
+            number = self.site.components[track.lift.component].crane if self.site.moving is None else 0
             if track.start_ns <= time_ns or number not in latest:
                 latest[number] = track
         return sorted(latest.values(), key=lambda track: track.start_ns)

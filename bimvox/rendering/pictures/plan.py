@@ -151,6 +151,8 @@ def _finished(site: Site, lifts: Sequence[Lift], motions: Mapping[int, LiftMotio
         legend.append(LegendEntry("path" if few else "path of the last lift", colours.PATH, Swatch.LINE, Layer.PATHS))
     # Every crane has just set its last part.
     ends = {motions[lift.order].crane: motions[lift.order].loaded for lift in drawn if lift.order in motions}
+    if site.moving is not None and drawn:  # it stands where its last lift ends
+        ends = {crane: ends[crane] for crane in [site.components[drawn[-1].component].crane] if crane in ends}
     poses = {crane: CranePose(*loaded.axes[-1].tolist()) for crane, loaded in ends.items()}
     crane_time = f", {hours(max(m.end_ns for m in motions.values()))} of crane time" if motions else ""
     wanted = sum(lift.status not in NOT_LIFTED for lift in lifts)

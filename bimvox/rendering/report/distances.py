@@ -7,6 +7,7 @@ from typing import Any
 import shapely
 
 from bimvox.crane.outline import outline_of, tail_low_m
+from bimvox.crane.tower_crane import TowerCrane
 from bimvox.remarks.subject import Subject
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.html import number, paragraph, row, table
@@ -21,7 +22,7 @@ from bimvox.site.crane_distances import (
     to_areas,
     to_cranes,
 )
-from bimvox.site.crane_room import PLACE_M, Place, place_beside, room_for_jib, way_in
+from bimvox.site.crane_room import PLACE_M, Place, place_beside, room_for_jib, way_among, way_in
 
 _KINDS = {
     "building": "building, as finished",
@@ -56,13 +57,15 @@ def distances_of(revision: Revision) -> list[dict[str, Any]]:
     if revision.config is not None and revision.config.areas.plot is not None:
         areas["boundary"] = shapely.Polygon(revision.config.areas.plot)
     result = []
-    for n, crane in enumerate(site.cranes):
+    for n, there in sorted(subject.stands(), key=lambda one: one[0]):
+        crane = site.cranes[n]
         base, own = base_of(crane), outline_of(crane)
         is_high = tail_low_m(crane) > crane.base_m[2] + STANDING_M
-        things = [one for one in subject.things if not (is_high and one.kind == "stored")]
-        found = [*of_crane(crane, things), *to_areas(crane, areas), *to_cranes(site, n)]
+        things = [one for one in there.things if not (is_high and one.kind == "stored")]
+        found = [*of_crane(crane, things), *to_areas(crane, areas)]
+        found += to_cranes(site, n) if site.moving is None else []
         rooms = (
-            way_in(site, crane, finished=done)
+            _way(there, crane, finished=done)
             if crane.kind == "mobile"
             else place_beside(site, crane, base.edge_m, finished=done)
             for done in (False, True)
@@ -88,6 +91,13 @@ def distances_of(revision: Revision) -> list[dict[str, Any]]:
             }
         )
     return result
+
+
+def _way(there: Subject, crane: TowerCrane, *, finished: bool) -> Place:
+    """Return the way of a mobile crane to its place, or away: of one that moves, when it leaves its set-up."""
+    if there.site.moving is None:
+        return way_in(there.site, crane, finished=finished)
+    return way_among(there.site, crane, there.in_place if finished else ())
 
 
 def _room(place: Place) -> dict[str, Any]:

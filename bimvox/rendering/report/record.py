@@ -18,7 +18,7 @@ from bimvox.motion.figures import driven_rates, hook_travel_m, plan_figures
 from bimvox.records.dates import PlanDates
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion, PhaseName
-from bimvox.records.steps import Steps, not_lifted_groups
+from bimvox.records.steps import Steps, not_lifted_groups, set_up_documents
 from bimvox.remarks.cranes import least_height_m
 from bimvox.remarks.subject import Subject
 from bimvox.rendering.page.lifts import is_critical, lift_record, proof_record
@@ -108,6 +108,7 @@ def record_of(revision: Revision, *, critical_share: float | None = None) -> dic
         "structures": {blocker.id: blocker.name for blocker in site.blockers if blocker.name},
         "critical": [lift["order"] for lift in critical],
         "infeasible": _causes_first(lifts),
+        **set_up_documents(site, revision.motions, steps),
         **steps.documents(site),
         "props": propped(revision),
         "not_lifted": [
@@ -137,7 +138,7 @@ def _lift(revision: Revision, lift: Lift, motion: LiftMotion | None, critical_sh
     record = lift_record(revision, lift)
     return {
         **record,
-        **({"crane": component.crane} if revision.plan.site.has_several_cranes else {}),
+        **({"crane": component.crane} if revision.plan.site.names_cranes else {}),
         **_values(component, "id", "global_id", "name", "ifc_class"),
         "stack": 0 if lift.place is None else lift.place.stack,
         "rack": 0 if lift.place is None else abs(lift.place.rack),

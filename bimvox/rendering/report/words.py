@@ -57,6 +57,7 @@ CHECKS = {
     "swing": "loads are at rest when set and hit nothing before, by a pendulum driven by the samples",
     "gust": "a gust of the wind in which a lift is permitted swings the load no further than it keeps clear in transit",
     "cranes": "the cranes keep their distance at every moment, also after an emergency stop of one or all of them",
+    "set_ups": "a crane that moves is in one place at a time, moves in the time asked for, and stands clear of parts",
     "turns": "cranes wait for each other: no part is hooked on or set before the parts that must come before it",
     "digests": "the hashes in the log match its content",
     "load_poses": "the load poses shown by viewers follow from the crane's axes",

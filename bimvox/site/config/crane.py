@@ -233,6 +233,42 @@ class OverrideConfig(Table):
         return self
 
 
+class SetUpConfig(Table):
+    """A place at which a mobile crane that moves during the job stands for a while."""
+
+    name: Text
+    """Its name."""
+    base_m: Point2or3
+    """Foot of the slewing axis."""
+    heading_deg: Number | None = None
+    """Direction of the carrier's front from the x axis, counter-clockwise. Default: that of ``[crane]``."""
+    outriggers: Text | None = None
+    """Name of the base of outriggers in use. Default: that of ``[crane]``."""
+    boom_m: Positive | None = None
+    """Length of the boom, from its pivot to the tip. Default: that of ``[crane]``."""
+    counterweight_kg: NotNegative | None = None
+    """Counterweight that is fitted. Default: that of ``[crane]``."""
+
+
+class MovingConfig(Table):
+    """How long a mobile crane takes to move from one of its set-ups to the next one.
+
+    The defaults follow the crane's largest capacity (professional judgement): up to 60 t 30 and 45 min, up to 130 t 45
+    and 60 min, above that 90 and 120 min.
+    """
+
+    derig_min: Annotated[NotNegative, Field(le=10_000.0)] | None = None
+    """Time until the crane can drive: boom in, counterweight and outriggers as the way needs it. Default: by class."""
+    drive_km_h: Annotated[Positive, Field(le=100.0), AfterValidator(partial(not_below, 0.1))] = 3.0
+    """Speed on the site, along the straight line between the two places (professional judgement)."""
+    rig_min: Annotated[NotNegative, Field(le=10_000.0)] | None = None
+    """Time from the arrival to the first lift: mats, outriggers, counterweight, boom, check. Default: by class."""
+
+
+MOST_SET_UPS = 10
+"""The most set-ups of a crane: the choice of those that are needed looks at every set of them."""
+
+
 class CraneConfig(OverrideConfig):
     """The crane. Default: one is chosen. Several are an array of tables, ``[[crane]]``."""
 
@@ -263,6 +299,11 @@ class CraneConfig(OverrideConfig):
     """Only for a mobile crane: name of the base of outriggers in use. Default: the machine's widest."""
     working_range: WorkingRangeConfig | None = None
     """Settings of its limiters."""
+    setup: Annotated[tuple[SetUpConfig, ...], Field(max_length=MOST_SET_UPS)] = ()
+    """Only for a mobile crane that moves during the job: its places, in the order in which it stands there, each a
+    table ``[[crane.setup]]``, instead of ``base_m``."""
+    moving: MovingConfig | None = None
+    """Only with ``setup``: how long it takes to move."""
     override: OverrideConfig | None = None
     """What differs from the machine."""
 
@@ -282,6 +323,39 @@ class CraneConfig(OverrideConfig):
         if counts and self.falls is not None and self.falls not in counts:
             raise ValueError(f"no reeving has {self.falls} falls; there are {', '.join(map(str, sorted(counts)))}")
         return self
+
+    @model_validator(mode="after")
+    def _set_ups(self) -> Self:
+        if not self.setup:
+            if self.moving is not None:
+                raise ValueError("moving is for a crane with several places: give them as [[crane.setup]]")
+            return self
+        if self.kind in ("hammerhead", "luffing"):
+            raise ValueError(f"setup is for a mobile crane; a {self.kind} crane stays where it is")
+        if len(self.setup) == 1:
+            raise ValueError("there is one setup: give its place as base_m of [crane], or a second one")
+        if self.base_m is not None:
+            raise ValueError("base_m is given per setup: leave it out")
+        names = [one.name for one in self.setup]
+        if again := sorted({name for name in names if names.count(name) > 1}):
+            raise ValueError(f"two setups are called {again[0]!r}")
+        return self
+
+    def at_set_ups(self) -> tuple[CraneConfig, ...]:
+        """Return the table of the crane in each of its set-ups; itself if it does not move."""
+        if not self.setup:
+            return (self,)
+        found = []
+        for one in self.setup:
+            own = one.model_dump(include={"base_m", "heading_deg", "outriggers", "counterweight_kg"}, exclude_none=True)
+            if one.boom_m is not None:
+                own["jib"] = (self.jib or LuffingConfig()).model_copy(update={"length_m": one.boom_m})
+            found.append(self.model_copy(update={**own, "setup": (), "moving": None}))
+        return tuple(found)
+
+
+SET_UP_KEYS = ("base_m", "heading_deg", "outriggers", "counterweight_kg", "jib")
+"""Keys of a crane's table that a set-up may give."""
 
 
 def reeving_of(given: ReevingConfig) -> Reeving:

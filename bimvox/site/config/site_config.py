@@ -20,7 +20,7 @@ from bimvox.bim.options import MOST_SELECT, ReadOptions
 from bimvox.errors import ConfigError, shown
 from bimvox.site.component import StoredPose
 from bimvox.site.config.calendar import CalendarConfig, CostsConfig
-from bimvox.site.config.crane import CraneConfig
+from bimvox.site.config.crane import SET_UP_KEYS, CraneConfig
 from bimvox.site.config.kind_file import corrections_in
 from bimvox.site.config.project import MOST_SUPPORTS, ProjectConfig, SupportConfig
 from bimvox.site.config.rules import RiggingConfig, RulesConfig, TwoHooksConfig, YardConfig
@@ -190,6 +190,8 @@ class ComponentConfig(Table):
     """Whether it stands already."""
     crane: Text | None = None
     """Which of several cranes lifts it. Default: chosen."""
+    setup: Text | None = None
+    """In which set-up of a crane that moves it is lifted. Default: chosen."""
     means: Way | None = Field(default=None, examples=["in_situ"])
     """Lifted by ``crane``, cast ``in_situ``, ``built`` by its trade, set ``by_hand``, or ``out`` of the plan. Default:
     by ``[means]``."""
@@ -203,10 +205,10 @@ class ComponentConfig(Table):
     @model_validator(mode="after")
     def _liftable(self) -> Self:
         given = self.start or self.pose or self.turn or self.before or self.after or self.crane
-        if self.pinned and (given or self.means or self.kind or self.mass_kg or self.flip):
+        if self.pinned and (given or self.setup or self.means or self.kind or self.mass_kg or self.flip):
             raise ValueError(
-                "a pinned part is not lifted: remove its start, pose, turn, flip, before, after, crane, means, kind, "
-                "mass_kg"
+                "a pinned part is not lifted: remove its start, pose, turn, flip, before, after, crane, setup, means, "
+                "kind, mass_kg"
             )
         return self
 
@@ -433,10 +435,22 @@ class SiteConfig(Table):
 
     @property
     def cranes(self) -> tuple[CraneConfig, ...]:
-        """The tables of the cranes; empty if a crane is to be chosen."""
+        """The tables of the cranes; of one that moves, a table for each set-up. Empty if a crane is to be chosen."""
         if self.crane is None:
             return ()
-        return (self.crane,) if isinstance(self.crane, CraneConfig) else self.crane
+        return self.crane.at_set_ups() if isinstance(self.crane, CraneConfig) else self.crane
+
+    @property
+    def moves(self) -> bool:
+        """Whether the cranes are the set-ups of one that moves."""
+        return isinstance(self.crane, CraneConfig) and bool(self.crane.setup)
+
+    def crane_key(self, number: int, key: str = "base_m") -> str:
+        """Return the place in the file of a key of a crane: of the only one, of one of several, or of a set-up."""
+        if self.moves:
+            own = "boom_m" if key == "jib" else key
+            return f"crane.setup[{number}].{own}" if key in SET_UP_KEYS else f"crane.{key}"
+        return f"crane[{number}].{key}" if len(self.cranes) > 1 else f"crane.{key}"
 
     @property
     def rules_in_force(self) -> Rules:
@@ -468,7 +482,7 @@ class SiteConfig(Table):
     @model_validator(mode="after")
     def _one_crane_turns_loads(self) -> Self:
         if self.rules.heading == "with_jib":
-            if len(self.cranes) > 1:
+            if len(self.cranes) > 1 and not self.moves:
                 raise ValueError(
                     f'rules.heading: "with_jib" is for one crane, but there are {len(self.cranes)}: with several, tag '
                     'lines keep the heading of loads; write "kept"'
@@ -479,7 +493,9 @@ class SiteConfig(Table):
 
     @model_validator(mode="after")
     def _cranes_apart(self) -> Self:
-        if len(self.cranes) < 2:
+        if isinstance(self.crane, tuple) and any(crane.setup for crane in self.crane):
+            raise ValueError("crane: setup is for one crane that moves: several cranes stay where they are")
+        if len(self.cranes) < 2 or self.moves:
             return self
         names: list[str] = []
         for number, crane in enumerate(self.cranes):

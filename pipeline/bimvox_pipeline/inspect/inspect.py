@@ -157,7 +157,7 @@ def _describe_log(path: Path, progress: Progress) -> dict[str, Any]:
         "shape": list(site.shape),
         "voxel_size_m": site.frame.voxel_size_m,
         "crane": site.cranes[0].name if site.cranes else None,
-        **({"cranes": [crane.name for crane in site.cranes]} if site.has_several_cranes else {}),
+        **({"cranes": [crane.name for crane in site.cranes]} if site.names_cranes else {}),
         "planned": len(log.planned),
         "infeasible": len(infeasible_among(log.plan.lifts)),
         "left_out": len(log.context),

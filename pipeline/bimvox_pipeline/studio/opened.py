@@ -222,6 +222,12 @@ def open_site(path: Path) -> Opened:
     """
     content = read_site_file(path)
     given = load_site_config(path, content)
+    if given.moves:
+        raise InputError(
+            f"{path}: its crane moves between {len(given.cranes)} set-ups, which neither the studio shows nor `bimvox "
+            "optimise` chooses yet",
+            hint="edit [[crane.setup]] in the file; bimvox render SITE -o drawing.svg draws it",
+        )
     building = read_building(given.model.path, given.read_options)
     return Opened(complete_config(given, building), building, path, content, given)
 

@@ -107,7 +107,7 @@ def _prepared(target: Path, loaded: LoadedSite, progress: Progress, workers: Wor
     With one crane, both follow from the site file. With several, they are those of the plan on disk, if there is one:
     lifts may have been handed over when they were timed.
     """
-    found = read_newest(target, None, SilentProgress()) if loaded.site.has_several_cranes else None
+    found = read_newest(target, None, SilentProgress()) if loaded.site.names_cranes else None
     if found is not None and is_of(found.log.plan, loaded.site):
         site, preparation = with_cranes_of(loaded.site, found.log.plan.site), preparation_in(found.log.whole_plan)
     else:

@@ -220,11 +220,25 @@ export class Details {
     const { plan, document } = this.app;
     const cranes = cranesOf(document);
     if (cranes.length < 2) return [];
+    if (plan.setUps.length) return this._setUps();
     const whole = Math.max(plan.ends - plan.begins, 1e-9);
     return cranes.map((crane, n) => {
       const lifts = plan.ofCrane[n] ?? [];
       const busy = lifts.flatMap((lift) => plan.busyOf(lift)).reduce((sum, [start, end]) => sum + end - start, 0);
       return [`Crane ${crane.name}`, `${counted(lifts.length, "lift")}, busy ${percent(busy / whole)}`];
+    });
+  }
+
+  /** For a crane that moves: the set-ups, the lifts there, and how long the move to each takes. */
+  _setUps() {
+    const { plan } = this.app;
+    return plan.setUps.map((name, n) => {
+      const lifts = plan.ofCrane[n] ?? [];
+      const numbers = lifts.map((lift) => lift.order + 1);
+      const move = (plan.revision.moves ?? []).find(({ to }) => to === n);
+      const moved = move ? `; the move there takes ${elapsed(move.takes_s)}` : "";
+      const which = numbers.length > 1 ? `lifts ${Math.min(...numbers)} to ${Math.max(...numbers)}` : `lift ${numbers[0]}`;
+      return [`Set-up ${name}`, numbers.length ? `${which}${moved}` : "no lift: the crane does not go there"];
     });
   }
 
@@ -267,7 +281,7 @@ export class Details {
         ["Recovered", revision.metadata.recovered === "true" ? "recovered from a damaged log; some lifts may be missing" : null],
         ["Time", revision.time ? revision.time.span_in_words : revision.timed ? span(revision.ends_s - revision.begins_s) : "no crane: nominal times, 1 s per move"],
         ["Work", revision.time?.hours_in_words],
-        ["Crane", cranesOf(app.document).length > 1 ? null : app.document.crane?.name],
+        ["Crane", cranesOf(app.document).length > 1 ? (app.plan.setUps.length ? app.document.crane.machine : null) : app.document.crane?.name],
         ...this._cranes(),
         ...this._overrides(),
         ...cranesOf(app.document).map(({ name, rigging_mass_kg: mass }, _, all) => [all.length > 1 ? `Empty hook, ${name}` : "Empty hook", `${tonnes(mass)}: hook block and rigging`]),

@@ -38,7 +38,7 @@ class App {
     this.document = document;
     this.parts = document.parts;
     const motions = document.motions.map((record) => motionOf(record, numbers, document.scales));
-    this.plans = document.revisions.map((revision) => new Plan(revision, this.parts, motions));
+    this.plans = document.revisions.map((revision) => new Plan(revision, this.parts, motions, document.set_ups));
     this.number = this.plans.length - 1;
     this.time = this.plan.begins;
     this.playing = false;

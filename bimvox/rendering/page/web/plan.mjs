@@ -20,9 +20,11 @@ export class Plan {
    * @param revision A revision's record.
    * @param parts Records of all parts.
    * @param motions Decoded motions.
+   * @param setUps Names of the set-ups, if the cranes are one that moves.
    */
-  constructor(revision, parts, motions) {
+  constructor(revision, parts, motions, setUps = []) {
     this.revision = revision;
+    this.setUps = setUps;
     /** Share of the capacity from which a lift is critical. */
     this.hot = revision.critical_share;
     this.parts = parts;
@@ -35,6 +37,12 @@ export class Plan {
     for (const lift of this.lifts) this.ofPart[lift.part] = lift;
     this.begins = revision.begins_s;
     this.ends = revision.ends_s;
+  }
+
+  /** Of a crane that moves, the set-up in which it stands at a time: that of the last lift that has begun. */
+  standsIn(time) {
+    const lift = this.liftAt(time);
+    return lift ? (this.motions[lift.motion].crane ?? 0) : 0;
   }
 
   /** A local time in words: date and clock, or the number of the working day and clock. */
@@ -62,6 +70,7 @@ export class Plan {
 
   /** The lift under way at a time: the last one that has begun; null if nothing is timed. With several cranes, a lift with its load on the hook takes precedence. */
   liftAt(time) {
+    if (this.setUps.length) return this._lastOf(this.timed, time);
     if (this.cranes === 1) return this.liftOf(0, time);
     const own = this.ofCrane.map((_, n) => this.liftOf(n, time)).filter((lift) => lift !== null);
     const busy = (lift) => {
@@ -76,7 +85,11 @@ export class Plan {
 
   /** The lift that a crane drives at a time: its last one that has begun; null if it has none. */
   liftOf(crane, time) {
-    const timed = this.ofCrane[crane] ?? [];
+    return this._lastOf(this.ofCrane[crane] ?? [], time);
+  }
+
+  /** The last one of some lifts that has begun at a time; before that the first; null if there are none. */
+  _lastOf(timed, time) {
     let low = 0;
     let high = timed.length - 1;
     while (low < high) {
@@ -111,7 +124,7 @@ export class Plan {
    * arrives when all lifts of the earlier ones are done), later deliveries have not arrived.
    */
   statesAt(time) {
-    return this.cranes > 1 ? this._overlapping(time) : this._oneByOne(time);
+    return this.cranes > 1 && !this.setUps.length ? this._overlapping(time) : this._oneByOne(time);
   }
 
   /** The same if lifts of several cranes overlap: every part by its own motion. */

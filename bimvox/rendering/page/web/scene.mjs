@@ -76,6 +76,7 @@ export class Scene {
     this.rows = new Rows(this.gl, next);
     this.rows.shape(0, 1, [0, 0, 0]);
     this.rows.look(0, [0, 0, 0], SHOWN);
+    this.setUps = this.document.set_ups ?? [];
     this.cranes = cranes.map((record, n) => new Crane(record, numbers, this.rows, firsts[n]));
   }
 
@@ -158,7 +159,7 @@ export class Scene {
     this.cranes.forEach((crane, n) => {
       const pose = this.poseOf(plan, n, time);
       if (n === (motion?.crane ?? 0)) this.hook = hookOf(crane.record.base_m, pose);
-      crane.pose(pose, layers.crane);
+      crane.pose(pose, layers.crane && (!this.setUps.length || n === plan.standsIn(time)));
     });
     this.overlays.show(moment, lift, motion, since);
     this.shown = { states, lift };

@@ -84,7 +84,7 @@ export class Timeline {
   _drawRows(draw, x, height, colour) {
     const { app } = this;
     const { plan } = app;
-    const tall = Math.floor(13 / plan.cranes) - 1;
+    const tall = Math.max(1, Math.floor(13 / plan.cranes) - 1);
     plan.ofCrane.forEach((lifts, crane) => {
       const top = height - 18 + crane * (tall + 1);
       lifts.forEach((lift, n) => {

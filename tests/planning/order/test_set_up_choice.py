@@ -1,0 +1,81 @@
+"""In which set-up each part is lifted: as few as serve all, in the order of the site file."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from moving_sites import planned_row, row
+
+from bimvox.library.hand_over import may_go_to_others, preparation_of
+from bimvox.planning.order.relations import OrderGraph
+from bimvox.planning.order.set_up_choice import _Choice, stands_in_the_way
+from bimvox.records.lift import Status
+
+
+def chosen(reached, after=(), stands=None, away_m=None, these=None):
+    """Return the choice for parts with these set-ups within reach; ``after``: pairs (earlier, later)."""
+    reached = np.array(reached, bool)
+    count, places = reached.shape
+    earlier, later = [set() for _ in range(count)], [set() for _ in range(count)]
+    for one, other in after:
+        earlier[other].add(one)
+        later[one].add(other)
+    graph = OrderGraph(tuple(map(frozenset, earlier)), tuple(map(frozenset, later)), ())
+    away_m = np.zeros((count, places)) if away_m is None else np.array(away_m, float)
+    stands = np.zeros((count, places), bool) if stands is None else np.array(stands, bool)
+    choice = _Choice(graph, reached, away_m, stands, np.ones(count, bool))
+    return choice.among(tuple(range(places)) if these is None else these)
+
+
+def test_a_part_is_lifted_where_the_crane_is_nearest() -> None:
+    assert chosen([[1, 1], [1, 1]], away_m=[[1, 9], [9, 1]]).set_ups == [0, 1]
+
+
+def test_no_part_is_lifted_before_what_it_needs() -> None:
+    found = chosen([[0, 1], [1, 1]], after=[(0, 1)], away_m=[[0, 0], [0, 9]])
+    assert found.set_ups == [1, 1] and found.served == 2
+
+
+def test_a_part_that_needs_a_later_one_is_not_served_in_an_earlier_set_up() -> None:
+    assert chosen([[0, 1], [1, 0]], after=[(0, 1)]).served == 1
+
+
+def test_a_part_is_lifted_early_enough_for_those_that_need_it() -> None:
+    found = chosen([[1, 1], [1, 0]], after=[(0, 1)], away_m=[[9, 0], [0, 0]])
+    assert found.set_ups == [0, 0] and found.served == 2
+
+
+def test_a_part_where_the_crane_stands_comes_after_that_set_up() -> None:
+    found = chosen([[1, 1], [1, 1]], stands=[[1, 0], [0, 0]], away_m=[[0, 9], [0, 9]])
+    assert found.set_ups == [1, 0] and found.served == 2
+    assert chosen([[1, 0]], stands=[[1, 0]]).served == 0
+
+
+def test_the_fewest_set_ups_are_used(tmp_path: Path) -> None:
+    places = {"here": (2.0, -5.5), "there": (6.0, -5.5), "far": (34.5, -5.5)}
+    loaded = row(tmp_path, places=places, panels=(0.0, 3.0, 6.0))
+    site, preparation = preparation_of(loaded.site, free=may_go_to_others(loaded))
+    assert len({part.crane for part in site.components}) == 1
+    assert [site.components[n].crane for n in preparation.sequence.order] == [site.components[0].crane] * 3
+
+
+def test_the_order_goes_from_set_up_to_set_up() -> None:
+    plan = planned_row().record.plan
+    assert all(lift.status is Status.PLANNED for lift in plan.lifts)
+    assert [plan.site.components[lift.component].crane for lift in plan.lifts] == [0, 0, 0, 1, 1, 1]
+    deliveries = [{lift.place.delivery for lift in half if lift.place} for half in (plan.lifts[:3], plan.lifts[3:])]
+    assert deliveries[0].isdisjoint(deliveries[1])
+
+
+def test_the_site_file_may_name_the_set_up(tmp_path: Path) -> None:
+    places = {"here": (2.0, -5.5), "there": (7.0, -5.5)}
+    named = '[[component]]\nglobal_id = "panel-1"\nsetup = "there"\n'
+    loaded = row(tmp_path, places=places, panels=(0.0, 3.0, 6.0), more=named)
+    site, _ = preparation_of(loaded.site, free=may_go_to_others(loaded))
+    assert next(part.crane for part in site.components if part.id == "panel-1") == 1
+
+
+@pytest.mark.parametrize(("at_m", "is_in_the_way"), [((1.5, 2.0), True), ((1.5, -5.5), False)])
+def test_a_part_below_the_carrier_is_in_its_way(tmp_path: Path, at_m: tuple[float, float], is_in_the_way: bool) -> None:
+    site = row(tmp_path, places={"near": at_m, "east": (34.5, -5.5)}).site
+    assert stands_in_the_way(site, 0)[0] == is_in_the_way
