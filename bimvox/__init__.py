@@ -50,6 +50,8 @@ if TYPE_CHECKING:
     from bimvox.library.site import read as read
     from bimvox.library.site import voxelize as voxelize
     from bimvox.library.verify import verify as verify
+    from bimvox.planning.given_order import PartToOrder as PartToOrder
+    from bimvox.planning.lift_space import LiftSpace as LiftSpace
     from bimvox.records.proof import Check as Check
     from bimvox.records.proof import Verification as Verification
     from bimvox.site.obstructions.obstruction_set import Box as Box
@@ -65,9 +67,11 @@ _HOME = {
     "Check": "bimvox.records.proof",
     "Cylinder": "bimvox.site.obstructions.obstruction_set",
     "LiftRow": "bimvox.library.plan_value",
+    "LiftSpace": "bimvox.planning.lift_space",
     "LoadedSite": "bimvox.library.site",
     "Obstruction": "bimvox.site.obstructions.obstruction_set",
     "ObstructionSet": "bimvox.site.obstructions.obstruction_set",
+    "PartToOrder": "bimvox.planning.given_order",
     "Plan": "bimvox.library.plan_value",
     "PlannedLift": "bimvox.library.plan_value",
     "Points": "bimvox.site.obstructions.obstruction_set",

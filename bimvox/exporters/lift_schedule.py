@@ -191,7 +191,7 @@ def schedule_of(
                 component.id,
                 component.global_id,
                 f"Lift {lift.number}: {component.name or component.id}",
-                f"{component.mass_kg:.0f} kg, {lift.moves} moves, path by {lift.method.value if lift.method else '?'}",
+                f"{component.mass_kg:.0f} kg, {lift.moves} moves, path by {lift.found_by or '?'}",
                 *_span_s(track, motions.get(lift.order), steps, dates),
                 _crane_of(site, component),
                 waits_for=tuple(sorted(carries.get(paused.get(lift.order, -1), ()))),

@@ -6,17 +6,23 @@ import operator
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeVar
 
 from bimvox.errors import InputError, shown
 from bimvox.motion.time_plan import time_plan
+from bimvox.planning.external import TIME_LIMIT_S, External, Paths, PathsProposed
+from bimvox.planning.given_order import Order
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
+from bimvox.planning.rollout import proposer
+from bimvox.policy.callables import values_of
 from bimvox.processes import processors
 from bimvox.proof.motion import verify_motions
 from bimvox.proof.plan import verify_plan
+from bimvox.records.lift import Method
 from bimvox.site.site import Site
 from bimvox.workers import ALONE, Workers
 
@@ -92,22 +98,60 @@ def _kind(value: object) -> str:
 
 @dataclass(frozen=True, slots=True)
 class PolicyWish:
-    """Which policy proposes paths, and how one is trained; what is not said, the site file says.
+    """What proposes paths and order, and how a policy is trained; what is not said, the site file says.
 
     Attributes:
-        policy: Id of a stored policy, ``none``, ``nearest`` or ``default``; see :func:`bimvox.plan`.
+        policy: Id of a stored policy, ``none``, ``nearest`` or ``default``, or a policy; see :func:`bimvox.plan`.
         seed: Seed of the training.
         steps: Training budget in environment steps; it trains too.
         train: Whether a policy is trained for the site if there is none.
         retrain: If the policy fails lifts, it is trained further on the current site, for at most this many steps.
+        paths: A planner, asked before the policy.
+        order: The erection sequence, or what makes it.
+        paths_limit_s: Longest that a planner or a policy of the caller may take for a lift, seconds.
     """
 
-    policy: str | None = None
+    policy: str | Any = None
     seed: int | None = None
     steps: int | None = None
     train: bool = False
     retrain: int = 0
+    paths: Paths | None = None
+    order: Order | None = None
+    paths_limit_s: float = TIME_LIMIT_S
 
+
+def code_name(code: object) -> str:
+    """Return what lifts call a function or a model that the caller brought: ``module:name``."""
+    while isinstance(code, partial):
+        code = code.func
+    of = code if hasattr(code, "__qualname__") else type(code)
+    module = getattr(of, "__module__", None) or "__main__"
+    return f"{module}:{str(of.__qualname__).replace('<locals>.', '')}"
+
+
+def external_of(wish: PolicyWish, site: Site) -> tuple[External, ...]:
+    """Return the planner and the policy that the caller brought, in the order in which they are asked.
+
+    Raises:
+        InputError: If one of them cannot be asked, or the time limit is not a positive number.
+    """
+    limit_s, found = wish.paths_limit_s, []
+    if not isinstance(limit_s, int | float) or not 0.0 < limit_s < _MOST_LIMIT_S:
+        raise InputError(f"paths_limit_s is {shown(limit_s)}", hint="give seconds, more than 0")
+    if wish.paths is not None:
+        if not callable(wish.paths):
+            raise InputError(
+                f"paths is {shown(wish.paths)}", hint="give a function paths(start_vox, goal_vox, space), see LiftSpace"
+            )
+        planner = PathsProposed(wish.paths, site.frame)
+        found.append(External(code_name(wish.paths), planner, Method.PLANNER, limit_s))
+    if not (wish.policy is None or isinstance(wish.policy, str)):
+        found.append(External(code_name(wish.policy), proposer(values_of(wish.policy)), Method.POLICY, limit_s))
+    return tuple(found)
+
+
+_MOST_LIMIT_S = 1e6
 
 _FEW_PARTS, _FEW_SHARED = 100, 50
 """So few are planned before a worker has started, by one crane or by several, whose legs and distances take longer."""

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-from bimvox.errors import InputError, PlanningError
-from bimvox.library.arguments import PolicyWish, constants_of, insist, text, whole, workers_of
+from bimvox.errors import InputError, PlanningError, shown
+from bimvox.library.arguments import PolicyWish, code_name, constants_of, external_of, insist, whole, workers_of
 from bimvox.library.hand_over import may_go_to_others
 from bimvox.library.plan_value import Plan
 from bimvox.library.prove import Planned, Retraining, insist_on_one_lift, plan_and_prove, prepared
 from bimvox.library.site import OBSTRUCTIONS, LoadedSite, ReadObstructions, attached_as, obstructed, read_obstructions
 from bimvox.log.plan_log import GEOREFERENCE, PlanLog
+from bimvox.planning.external import TIME_LIMIT_S, Paths
+from bimvox.planning.given_order import Order
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
 from bimvox.policy.choice import DEFAULT_STEPS, PolicyInUse, PolicyRequest, choose_policy, retrained
@@ -32,11 +35,14 @@ def plan(  # noqa: PLR0913  (the options of a verb)
     site: LoadedSite,
     *,
     obstructions: ObstructionSet | ReadObstructions | Path | str | None = None,
-    policy: str | None = None,
+    policy: str | Any = None,
     seed: int | None = None,
     steps: int | None = None,
     train: bool = False,
     retrain: int = 0,
+    paths: Paths | None = None,
+    order: Order | None = None,
+    paths_limit_s: float = TIME_LIMIT_S,
     jobs: int | None = None,
     progress: Listener = None,
 ) -> Plan:
@@ -47,24 +53,33 @@ def plan(  # noqa: PLR0913  (the options of a verb)
         obstructions: What is in the way: a value, or the path of an obstruction, IFC, mesh or point file.
         policy: Id of a stored policy; ``none``: search alone; ``greedy``: towards the target; ``nearest``: the policy
             of the most similar site; ``default``: the network that ships with bimvox. If it is left out: the site
-            file's, otherwise the one trained for this site before, otherwise ``greedy``.
+            file's, otherwise the one trained for this site before, otherwise ``greedy``. Or a policy of yours: a model
+            of stable-baselines3, or a function from (N, 2597) float32 observations to (N, 6) values of the actions of
+            ``bimvox/Lift-v0``, or to (N,) actions.
         seed: Seed of the training, from 0; default: the site file's.
         steps: Training budget in environment steps, from 1, and trains; default: the site file's, otherwise the
             built-in one.
         train: Whether a policy is trained for this site if there is none; otherwise nothing is tested or trained.
         retrain: Environment steps of more training, on the site with its obstructions, if the policy fails lifts; 0:
             the search finds these at once.
+        paths: A planner of yours, asked first: ``paths(start_vox, goal_vox, space)`` returns (N, 3) cells or waypoints
+            from start to goal, or None; ``space`` is a ``LiftSpace``. A lift for which it has no valid path is planned
+            without it, and says why (``lift.planner_note``).
+        order: The ids of all parts, first lift first; or a function that returns them, of a tuple of ``PartToOrder``.
+        paths_limit_s: Longest that ``paths``, or a policy of yours, may take for a lift, seconds. Then it is
+            interrupted. Python code ends at once; compiled code ends when it returns, and is not asked until then.
         jobs: Number of processes that share the work, from 1; default: one per processor. The plan is the same.
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
-        InputError: If ``site`` is not a site, or a number is out of range.
+        InputError: If ``site`` is not a site, a number is out of range, or the order is not one of all parts in which
+            each comes after what it rests on.
         NoPlanError: If no lift can be planned; ``reasons`` says why, by component.
         VerificationError: If a proof of the plan as a whole fails; ``failures`` says what.
         PolicyError: If the named policy is missing or does not fit.
         ObstructionFileError: If the obstructions cannot be used.
     """
-    wish = PolicyWish(policy, seed, steps, train, retrain)
+    wish = PolicyWish(policy, seed, steps, train, retrain, paths, order, paths_limit_s)
     with planned(site, wish, obstructions=obstructions, jobs=jobs, progress=progress) as (made, _):
         return made
 
@@ -95,7 +110,9 @@ def planned(
     reporter, site = progress_of(progress), insist("plan", site, LoadedSite, "site")
     seed, steps = whole("seed", wish.seed, 0), whole("steps", wish.steps, 1)
     retrain = whole("retrain", wish.retrain, 0) or 0
-    policy = text("policy", wish.policy, "give the id of a stored policy, or none, greedy, nearest or default")
+    is_order = callable(wish.order) or (isinstance(wish.order, Iterable) and not isinstance(wish.order, str))
+    if not (wish.order is None or is_order):
+        raise InputError(f"order is {shown(wish.order)}", hint="give the ids of all parts, or a function that does")
     built, files = site.site, dict(site.files)
     if obstructions is not None:
         found, content = obstructions_of(obstructions, built, site.survey)
@@ -103,8 +120,10 @@ def planned(
     with workers_of(built, whole("jobs", jobs, 1)) as workers:
         free = may_go_to_others(replace(site, site=built))
         store = Store()
-        built, preparation = prepared(built, reporter, workers, free, store)
-        chosen = policy_of(site, built, preparation, PolicyWish(policy, seed, steps, wish.train), reporter)
+        external = external_of(wish, built)
+        built, preparation = prepared(built, reporter, workers, free, store, wish.order)
+        chosen = policy_of(site, built, preparation, replace(wish, seed=seed, steps=steps), reporter)
+        chosen = replace(chosen, external=external) if external else chosen
         number = seed_of(site, seed)
         used = [chosen]
 
@@ -174,6 +193,8 @@ def policy_of(
         NoPlanError: If there is nothing to learn from because no lift can be planned; says why.
     """
     asked = loaded.config.policy
+    if not (wish.policy is None or isinstance(wish.policy, str)):
+        return PolicyInUse(id=code_name(wish.policy))
     budget = wish.steps if wish.steps is not None else asked.steps
     wanted = PolicyRequest(
         seed=seed_of(loaded, wish.seed),

@@ -45,7 +45,8 @@ class LiftRow:
         mass_kg: Mass of the component without rigging.
         crane: Name of the crane; None without a crane.
         status: ``planned`` or ``infeasible``.
-        method: How the path was found: ``greedy``, ``policy``, ``retrained`` or ``search``; None if infeasible.
+        method: How the path was found: ``greedy``, ``policy``, ``retrained``, ``search``, or ``module:name`` of a
+            planner or policy that the caller brought; None if infeasible.
         moves: Unit moves of the path, each of one cell; None if infeasible.
         shortest_moves: The fewest possible under the same rules; None if infeasible, or if no longer known.
         start_s: When the lift starts on the site's clock, seconds; None without a motion.
@@ -232,7 +233,7 @@ def _planned_lift(site: Site, lift: Lift, motion: LiftMotion | None, labels: Map
         mass_kg=component.mass_kg,
         crane=None if crane is None else crane.name,
         status=lift.status.value,
-        method=None if lift.method is None else lift.method.value,
+        method=lift.found_by,
         moves=lift.moves,
         shortest_moves=lift.shortest_moves,
         start_s=None if motion is None else motion.start_ns / 1e9,

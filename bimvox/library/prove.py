@@ -10,6 +10,7 @@ from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError, NoPlanError, listed
 from bimvox.library.hand_over import handed_over, preparation_of
 from bimvox.motion.steps import steps_of
+from bimvox.planning.given_order import Order, prepare_in_order
 from bimvox.planning.planner import plan_lifts
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.rollout import proposer
@@ -61,9 +62,13 @@ def prepared(
     workers: Workers = ALONE,
     free: Collection[str] = (),
     store: Store | None = None,
+    order: Order | None = None,
 ) -> tuple[Site, Preparation]:
-    """Return what ``preparation_of`` does, and report its notes."""
-    site, preparation = preparation_of(site, progress.report, workers, free, store)
+    """Return what ``preparation_of`` does, or what is prepared for an order that the caller gives; report the notes."""
+    if order is None:
+        site, preparation = preparation_of(site, progress.report, workers, free, store)
+    else:
+        preparation = prepare_in_order(site, order, progress.report)
     notes = preparation.sequence.notes
     for note in notes[:_NOTES_SHOWN]:
         progress.note(note)
@@ -205,7 +210,7 @@ class _Attempts:
             refused=refused,
             other_ways=self.other_ways,
             progress=self.progress.report,
-            workers=self.workers,
+            workers=ALONE if self.policy.external else self.workers,  # code of the caller runs here, lift after lift
             store=self.store,
         )
 

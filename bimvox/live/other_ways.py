@@ -108,7 +108,7 @@ def _around(
         return None
     whole_vox: NDArray[np.int32] = np.concatenate([path_vox, last_vox[1:]]).astype(np.int32)
     whole_vox.flags.writeable = False
-    other = replace(lift, path_vox=whole_vox, method=Method.SEARCH)
+    other = replace(lift, path_vox=whole_vox, method=Method.SEARCH, planner=None)
     try:
         begins = Begins(before, motion.start_ns, start_rad)
         made = time_lift(site, site.cranes[motion.crane], other, rule, begins, barred)

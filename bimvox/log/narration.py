@@ -95,7 +95,7 @@ def log_messages(
             track.start_ns,
             Log.INFO,
             f"lift {lift.number}: {names[component.id]}, {component.mass_kg:.0f} kg, "
-            f"{lift.moves} moves{fewest} by {lift.method}{_crane_of(site, component)}",
+            f"{lift.moves} moves{fewest} by {lift.found_by}{_crane_of(site, component)}",
         )
 
 
@@ -114,7 +114,7 @@ def event_messages(record: PlanLog, tracks: Iterable[LiftTimes]) -> Iterator[tup
         }
         if site.names_cranes and (crane := site.crane_of(component)) is not None:
             about[CRANE_FIELD] = crane.name
-        whole = about | {"name": component.name, "method": str(lift.method), "moves": str(lift.moves)}
+        whole = about | {"name": component.name, "method": str(lift.found_by), "moves": str(lift.moves)}
         if lift.shortest_moves is not None:
             whole["shortest_moves"] = str(lift.shortest_moves)
         events.append(LogEvent(LIFT_EVENT, track.start_ns, track.end_ns, whole))

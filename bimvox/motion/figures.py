@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.sectors import utilisations
 from bimvox.records.dates import hire_days
-from bimvox.records.lift import LiftPlan, Method, Status
+from bimvox.records.lift import Lift, LiftPlan, Method, Status
 from bimvox.records.motion import LiftMotion, PhaseName, Trajectory
 from bimvox.records.steps import Steps
 from bimvox.records.unloading import Unloading, unloading_of
@@ -126,7 +126,7 @@ def plan_figures(
     figures = PlanFigures(
         lifts=len(plan.lifts),
         planned=len(planned),
-        methods={method.value: sum(lift.method is method for lift in planned) for method in Method},
+        methods=_methods(planned),
         moves=sum(lift.moves or 0 for lift in planned),
         shortest_moves=sum(lift.shortest_moves or 0 for lift in planned),
         compared_moves=sum(lift.moves or 0 for lift in planned if lift.shortest_moves is not None),
@@ -155,6 +155,14 @@ def _cost(costs: CostsConfig, calendar: CalendarConfig, site: Site, figures: Pla
     rates = first.with_deliveries(unloading.seconds / 3600.0, costs.lorry * unloading.lorries)
     cost = reduce(Rates.with_another, others, rates).cost(hours_s / 3600.0, days)
     return replace(cost, currency=costs.currency, source=costs.source)
+
+
+def _methods(planned: Sequence[Lift]) -> dict[str, int]:
+    """Return how many paths each method found; planners that the caller brought only if they were asked."""
+    found = {method.value: sum(lift.method is method for lift in planned) for method in Method}
+    if not any(lift.method is Method.PLANNER or lift.planner_note for lift in planned):
+        del found[Method.PLANNER.value]
+    return found
 
 
 def _each(site: Site, motions: Sequence[LiftMotion]) -> tuple[CraneFigures, ...]:

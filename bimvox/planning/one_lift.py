@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from bimvox.env.actions import MOVES
 from bimvox.grid.bricks import distinct
 from bimvox.planning.assembly import Assembly
+from bimvox.planning.external import External, NotUsedError
 from bimvox.planning.flip import flip_of
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
 from bimvox.planning.stage import Obstacle, Propose, ProposedGreedily, Stage, turning_stage
@@ -67,6 +68,8 @@ def proposed_again(stage: Stage, lift: Lift, retrained: Propose) -> Lift:
 
 def policies_of(propose: Propose | None, retrained: Propose | None = None) -> list[tuple[Propose, Method]]:
     """Return the policies to ask, in this order, each with the method that its paths are recorded under."""
+    if isinstance(propose, External):
+        return [(propose, propose.method), *policies_of(propose.instead, retrained)]
     first = Method.GREEDY if isinstance(propose, ProposedGreedily) else Method.POLICY
     both = ((propose, first), (retrained, Method.RETRAINED))
     return [(ask, method) for ask, method in both if ask is not None]
@@ -153,12 +156,22 @@ def _proposed(stage: Stage, lift: Lift, policies: Sequence[tuple[Propose, Method
     Greedy values are nobody's choice but the default: where their path is longer than the searched one, that is used.
     """
     for ask, method in policies:
-        transit_vox = ask(stage.transit)
+        try:
+            transit_vox = ask(stage.transit)
+        except NotUsedError as error:
+            lift = with_planner_note(lift, f"{ask.name}: {error}" if isinstance(ask, External) else str(error))
+            continue
         if transit_vox is not None and _is_valid_transit(stage, transit_vox):
             path_vox = _whole_path(transit_vox, stage)
             if method is not Method.GREEDY or lift.path_vox is None or len(path_vox) <= len(lift.path_vox):
-                return replace(lift, method=method, path_vox=path_vox)
+                planner = ask.name if isinstance(ask, External) else None
+                return replace(lift, method=method, path_vox=path_vox, planner=planner)
     return lift
+
+
+def with_planner_note(lift: Lift, note: str) -> Lift:
+    """Return a lift with one more note on why a planner that the caller brought did not find its path."""
+    return replace(lift, planner_note=f"{lift.planner_note}; {note}" if lift.planner_note else note)
 
 
 def _whole_path(transit_vox: NDArray[np.int32], stage: Stage) -> NDArray[np.int32]:

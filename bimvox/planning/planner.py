@@ -14,8 +14,9 @@ from functools import partial
 from typing import NamedTuple
 
 from bimvox.planning.assembly import Assembly
+from bimvox.planning.external import External
 from bimvox.planning.insertion import Insertion
-from bimvox.planning.one_lift import planned_by, policies_of, unplanned_lift
+from bimvox.planning.one_lift import planned_by, policies_of, unplanned_lift, with_planner_note
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.rounds import OtherWays, Refused
 from bimvox.planning.stage import Obstacle, Propose
@@ -95,17 +96,19 @@ class LiftTask(NamedTuple):
         reason: Why it is refused; None if it is not.
         why: Why its first ways were refused; None if none was.
         avoided: The last moves that it must not take.
+        unproven: Why the path of a planner that the caller brought was refused; None if it was not. None is asked then.
     """
 
     number: int
     reason: str | None = None
     why: str | None = None
     avoided: tuple[Insertion, ...] = ()
+    unproven: str | None = None
 
 
 def _task(refused: Refused, other_ways: OtherWays, name: str, number: int) -> LiftTask:
     avoided, why = other_ways.of(name)
-    return LiftTask(number, refused.get(name), why, avoided)
+    return LiftTask(number, refused.get(name), why, avoided, other_ways.unproven(name))
 
 
 def _search_ahead(
@@ -176,13 +179,17 @@ class LiftSearch(Walk[Assembly, LiftTask, Lift]):
 
     def step(self, state: Assembly, task: LiftTask) -> Lift:
         """Return a lift."""
-        number, reason, why, avoided = task
+        number, reason, why, avoided, unproven = task
         index = self.preparation.sequence.order[number]
         unplanned = unplanned_lift(self.site, index, number, self.preparation.places[index])
         state.keep_heading(index, kept=why is not None)
         stage = state.begin(index, avoided=avoided)
         reason = reason or (why if isinstance(stage, Obstacle) else None)
-        return planned_by(state, stage if reason is None else Obstacle(reason), unplanned, None, self.policies)
+        policies = self.policies
+        if unproven is not None:
+            unplanned = with_planner_note(unplanned, unproven)
+            policies = tuple(one for one in policies if not isinstance(one[0], External))
+        return planned_by(state, stage if reason is None else Obstacle(reason), unplanned, None, policies)
 
 
 def predicted(site: Site, preparation: Preparation, before: Sequence[Lift]) -> tuple[bool, ...]:

@@ -34,11 +34,16 @@ class OtherWays:
     def __init__(self) -> None:
         self._ways: dict[str, tuple[Insertion, ...]] = {}
         self._reasons: dict[str, str] = {}
+        self._unproven: dict[str, str] = {}
         self._rounds = 0
 
     def of(self, component: str) -> tuple[tuple[Insertion, ...], str | None]:
         """Return the last moves to avoid for a component, and why its first ones were refused; None if none were."""
         return self._ways.get(component, ()), self._reasons.get(component)
+
+    def unproven(self, component: str) -> str | None:
+        """Return why the path of a planner that the caller brought was refused for a component; None if it was not."""
+        return self._unproven.get(component)
 
     def without(self, site: Site, made: Iterable[Lift], failed: Refused) -> dict[str, str]:
         """Return those of the lifts that failed for which no other way is tried; the others are noted.
@@ -48,17 +53,24 @@ class OtherWays:
             made: The lifts that can be made in another way.
             failed: The lifts that failed. What holds the hook fast is not theirs: no other way helps.
         """
-        left = dict(failed)
+        left, made = dict(failed), tuple(made)
+        for lift in made:
+            name = site.components[lift.component].id
+            is_of_the_hook = failed.get(name, "").startswith(HOOK_CANNOT_LEAVE)
+            if lift.planner is not None and name in left and not is_of_the_hook:  # first, the engine finds the path
+                self._unproven[name] = f"{lift.planner}: its path was not proven: {left.pop(name)}"
+        if not left:
+            return left
         self._rounds += 1
         for lift in made if self._rounds <= _MOST_OTHER_ROUNDS else ():
             name = site.components[lift.component].id
             known = self._ways.get(name, ())
-            if failed.get(name, "").startswith(HOOK_CANNOT_LEAVE):
+            if failed.get(name, "").startswith(HOOK_CANNOT_LEAVE) or name not in left:
                 continue
-            if name in failed and lift.with_jib:
+            if lift.with_jib:
                 self._ways.setdefault(name, ())  # first, its heading is kept
                 self._reasons.setdefault(name, left.pop(name))
-            elif name in failed and lift.status is Status.PLANNED and len(known) < _MOST_OTHER_WAYS:
+            elif lift.status is Status.PLANNED and len(known) < _MOST_OTHER_WAYS:
                 self._ways[name] = (*known, Insertion(lift.last_moves_vox, guide=lift.guide))
                 self._reasons.setdefault(name, left.pop(name))
                 left.pop(name, None)

@@ -42,11 +42,13 @@ class Transit:
         space: The collision rule at its stage.
         start_vox: Reference cell of the transit start.
         goal_vox: Reference cell of the gate.
+        component: The part, if it is known.
     """
 
     space: CollisionSpace
     start_vox: IntVec
     goal_vox: IntVec
+    component: Component | None = None
 
 
 Propose = Callable[[Transit], "NDArray[np.int32] | None"]
@@ -119,7 +121,8 @@ class Stage:
     @property
     def transit(self) -> Transit:
         """What is to be found: the way from the start to the gate."""
-        return Transit(self.space if self.turning is None else self.turning, self.start_vox, self.insertion.gate_vox)
+        space = self.space if self.turning is None else self.turning
+        return Transit(space, self.start_vox, self.insertion.gate_vox, self.component)
 
     @property
     def clearance_with_insertion(self) -> CollisionSpace:

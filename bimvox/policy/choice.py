@@ -8,6 +8,7 @@ from typing import Any
 
 from bimvox.env.problem import LiftProblem
 from bimvox.errors import PolicyError
+from bimvox.planning.external import External
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.rollout import GREEDY, proposer
 from bimvox.planning.stage import Propose
@@ -44,19 +45,26 @@ class PolicyInUse(Training):
         loaded: Whether it was in the store already.
         network: Its weights. None for greedy values, and if the plan is made by search alone.
         shipped: Whether it is the network that ships with bimvox.
+        external: Planners and policies that the caller brought, in the order in which they are asked, before it.
     """
 
     id: str
     loaded: bool = False
     network: QNetwork | None = field(default=None, repr=False)
     shipped: bool = False
+    external: tuple[External, ...] = field(default=(), repr=False)
 
     @property
     def propose(self) -> Propose | None:
         """What proposes the paths of a plan; None for search alone."""
+        propose: Propose | None = None
         if self.id == GREEDY_POLICY.id:
-            return proposer(GREEDY)
-        return None if self.network is None else proposer(self.network)
+            propose = proposer(GREEDY)
+        elif self.network is not None:
+            propose = proposer(self.network)
+        for one in reversed(self.external):
+            propose = replace(one, instead=propose)
+        return propose
 
     @property
     def success_at_least(self) -> float:
@@ -76,6 +84,7 @@ class PolicyInUse(Training):
             "success_rate": self.success_rate if self.tested else None,
             "tested": self.tested,
             "success_at_least": round(self.success_at_least, 4),
+            **({"external": [one.name for one in self.external]} if self.external else {}),
         }
 
 

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
-from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.guard import Guard
 from bimvox.env.observation import VIEW_NAME
 from bimvox.env.problem import LiftProblem, lift_problem
-from bimvox.errors import InputError, PolicyError, cut
+from bimvox.errors import InputError
 from bimvox.planning.rollout import (
     PLAN_LIMIT,
     Rollout,
@@ -23,6 +21,7 @@ from bimvox.planning.rollout import (
     roll_out_all,
     roll_out_starts,
 )
+from bimvox.policy.callables import checked
 from bimvox.policy.generalist.suite import ProblemSet, digest_of, frozen_problem, problem_sets, set_digest
 from bimvox.policy.train import success_at_least
 from bimvox.progress import Progress
@@ -136,8 +135,8 @@ def score(
     Raises:
         PolicyError: The policy fails, or a problem is not the frozen one.
     """
-    checked = values if isinstance(values, TowardsTarget) else _checked(values)
-    found = [_of_set(checked, one, max(1, round(one.count * share)), progress) for one in sets]
+    asked = values if isinstance(values, TowardsTarget) else checked(values)
+    found = [_of_set(asked, one, max(1, round(one.count * share)), progress) for one in sets]
     return PolicyScore(
         policy=policy,
         format="bimvox-policy-score",
@@ -189,23 +188,3 @@ def _summary(tried: Sequence[_Tried]) -> WayScore:
         moves_per_shortest=float(np.mean(ratios)) if ratios else None,
         made_per_shortest=float(np.mean([one.made / one.shortest for one in tried])),
     )
-
-
-def _checked(values: Values) -> Values:
-    """Return a policy whose every answer is (N, 6) numbers, or an error that says what it gave."""
-
-    def checked(observations: NDArray[np.float32]) -> NDArray[np.float32]:
-        try:
-            found = np.array(values(observations), np.float32)
-        except Exception as error:  # of anyone's code
-            raise PolicyError(f"the policy failed: {type(error).__name__}: {cut(str(error), 300)}") from error
-        wanted = (len(observations), ACTION_COUNT)
-        if found.shape != wanted:
-            raise PolicyError(
-                f"the policy gave values of shape {found.shape} for {wanted[0]} observations, not {wanted}"
-            )
-        if not np.isfinite(found).all():
-            raise PolicyError("the policy gave values that are NaN or infinite")
-        return found
-
-    return checked

@@ -163,6 +163,8 @@ class Method(StrEnum):
     """Towards the target, under the loop guard."""
     RETRAINED = "retrained"
     SEARCH = "search"
+    PLANNER = "planner"
+    """By a planner that the caller brought, which the lift names."""
 
 
 class Status(StrEnum):
@@ -321,6 +323,8 @@ class Lift:
         with_jib: Whether the load turns with the jib up to its last moves, which then lead straight down. Before them
             it is turned to its final heading, by tag line. Otherwise tag lines keep its heading.
         flip: How it is turned over between two hooks in the yard; None if it is not.
+        planner: Name of the planner or the policy that the caller brought, if it found the path.
+        planner_note: Why one that was asked did not find the path: its name and a reason.
     """
 
     component: int
@@ -344,6 +348,13 @@ class Lift:
     approach_clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
     upending_clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
     turning_clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
+    planner: str | None = field(default=None, repr=False, metadata=SPARSE)
+    planner_note: str | None = field(default=None, repr=False, metadata=SPARSE)
+
+    @property
+    def found_by(self) -> str | None:
+        """Who found the path: what the caller brought, otherwise the method; None if the lift is infeasible."""
+        return self.planner or (None if self.method is None else self.method.value)
 
     @property
     def kept(self) -> Kept:

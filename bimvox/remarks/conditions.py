@@ -187,6 +187,9 @@ def assumptions(subject: Subject) -> Iterator[Remark]:
     for note in (*site.notes, *subject.plan.notes):
         about_place = is_about_place(note)
         yield table.PLACED_TWICE(note=note) if about_place else table.PLAN_NOTE(note=with_names(note, names))
+    left = [lift for lift in subject.plan.lifts if lift.planner is None and lift.planner_note]
+    if left:
+        yield table.PLANNER(count=len(left), number=left[0].number, note=left[0].planner_note)
 
 
 def _kinds(subject: Subject) -> Iterator[Remark]:

@@ -184,6 +184,8 @@ LATE = Row("late", _MINOR, "{late:,} of {count:,} tasks of the programme end lat
 # What is assumed.
 PLACED_TWICE = Row("placed_twice", _MINOR, "{note}")
 PLAN_NOTE = Row("plan_note", _NOTE, "{note}")
+PLANNER = Row("planner", _NOTE,
+    "{count:,} lifts were planned without the planner or policy that the caller brought; lift {number}: {note}")
 ASSUMED_KINDS = Row(ASSUMED_KIND, _NOTE, "{said}")
 ASSUMED_MASS = Row("assumed_mass", _NOTE, "{count:,} of {lifted:,} parts have {said}")
 ASSUMED_CONTACT = Row("assumed_contact", _NOTE,

@@ -9,8 +9,9 @@ from functools import partial
 from typing import Protocol
 
 from bimvox.planning.assembly import Assembly
+from bimvox.planning.external import without_external
 from bimvox.planning.insertion import SIDEWAYS_VOX
-from bimvox.planning.one_lift import plan_lift, proposed_again, unplanned_lift
+from bimvox.planning.one_lift import plan_lift, proposed_again, unplanned_lift, with_planner_note
 from bimvox.planning.rounds import OtherWays, Refused
 from bimvox.planning.stage import Obstacle, Stage, turning_stage
 from bimvox.proof.footprint import examined_by
@@ -149,6 +150,8 @@ class Replanning:
             assembly.keep_heading(was.component)
             other = assembly.begin(was.component, avoided=avoided)
             return self._planned(assembly, Obstacle(why) if isinstance(other, Obstacle) else other, was)
+        if self.other_ways.unproven(component.id) is not None:
+            return self._planned(assembly, assembly.begin(was.component), was)
         known = self._known(was)
         if known is was:
             return self._asked_again(assembly, was)
@@ -221,7 +224,10 @@ class Replanning:
     def _planned(self, assembly: Assembly, stage: Stage | Obstacle, was: Lift) -> Lift:
         before = was if was.status is Status.PLANNED else None
         unplanned = unplanned_lift(self.site, was.component, was.order, self.preparation.places[was.component])
-        lift = plan_lift(assembly, stage, unplanned, before, self.request.propose)
+        propose, unproven = self.request.propose, self.other_ways.unproven(self.site.components[was.component].id)
+        if unproven is not None:
+            before, propose, unplanned = None, without_external(propose), with_planner_note(unplanned, unproven)
+        lift = plan_lift(assembly, stage, unplanned, before, propose)
         self.searched.add(was.order)
         if lift.status is Status.PLANNED:
             self.draft.new_paths.add(was.order)  # always proven again, even if it could be kept

@@ -347,6 +347,7 @@ def _on_path(held: Held, path_vox: NDArray[np.int32], stage: Stage, found_ns: in
         contact_moves=stage.insertion.moves,
         guide=stage.insertion.guide,
         method=Method.SEARCH,
+        planner=None,
         shortest_moves=len(path_vox) - 1,
         with_jib=stage.is_turning,
         left=(*lift.left, LeftPath(lift.path_vox, lift.contact_moves, found_ns, lift.guide, lift.with_jib)),

@@ -10,7 +10,16 @@ from bimvox.errors import listed
 from bimvox.rendering.words import counted
 from bimvox_cli.matters import MOST_LINES, Matter, remark_matters, show_matters
 from bimvox_cli.output import in_lines, lines_of, shortened, table, width_of
-from bimvox_cli.plan_tables import GROSS, LIFT, cost_in_words, names_of, props_in_words, reason_of, time_fields
+from bimvox_cli.plan_tables import (
+    GROSS,
+    LIFT,
+    cost_in_words,
+    names_of,
+    planner_in_words,
+    props_in_words,
+    reason_of,
+    time_fields,
+)
 from bimvox_cli.remarks import verdict
 
 if TYPE_CHECKING:
@@ -104,6 +113,7 @@ def _figures(console: Console, document: Document) -> None:
         ("crane", _crane(document)),
         ("cost", cost_in_words(document["figures"])),
         ("props", props_in_words(document)),
+        ("planner", planner_in_words(document)),
         ("to tick", f"{len(ticks):,} lines that no plan covers, in bimvox report {document['log']}" if ticks else None),
     ]
     in_lines(console, pairs)

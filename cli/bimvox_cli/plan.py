@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext, redirect_stdout
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -46,6 +48,26 @@ def plan(
     seed: Seed = None,
     steps: Steps = None,
     train: Train = False,
+    paths: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODULE:FUNCTION",
+            help="A planner of yours, asked first for each path: module:function or file.py:function (its code runs).",
+        ),
+    ] = None,
+    paths_limit: Annotated[
+        float,
+        typer.Option(
+            min=0.001, metavar="SECONDS", help="Longest that --paths, or a policy of yours, takes for a lift."
+        ),
+    ] = 60.0,
+    order: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="Erection sequence: a file with the id of every part, one a line or a JSON list; or module:function.",
+        ),
+    ] = None,
     retrain: Annotated[
         int,
         typer.Option(
@@ -68,10 +90,15 @@ def plan(
     Prints the verdict, what a person must look at, and the key figures; --table prints more of the plan.
     Several sites are planned in parallel: one log each and one table. --backend, --cluster and --fresh apply to several
     sites, as in `bimvox sweep`. The lifts of one site are planned, timed and proven in --jobs processes.
+
+    --paths, --order and --policy MODULE:NAME take code of yours. Its paths are proven as all others are, and every lift
+    says who found it.
     """
     if len(sites) > 1:
         alone = {
             "--retrain": retrain,
+            "--paths": paths is not None,
+            "--order": order is not None,
             "--programme": programme is not None,
             "--full-rate": full_rate,
             "--table": tables,
@@ -86,19 +113,37 @@ def plan(
         execution = Execution(backend, jobs, cluster, fresh)
         planned = fleet(wishes, out or Path(_FOLDER), execution=execution, progress=output.progress)
         return output.result(planned, show_fleet)
+    from bimvox_pipeline.named_code import named_code, named_order
     from bimvox_pipeline.plan import plan as run
     from bimvox_pipeline.warm_up import helped
 
+    from bimvox.errors import PolicyError
     from bimvox.library.arguments import PolicyWish
 
     site = sites[0]
-    with output.notes_held(), helped("plan"):
+    own_policy = None if policy is None or ":" not in policy else named_code(policy, "policy", PolicyError)
+    wish = PolicyWish(
+        own_policy or policy,
+        seed,
+        steps,
+        train,
+        retrain,
+        None if paths is None else named_code(paths, "--paths"),
+        None if order is None else named_order(order),
+        paths_limit,
+    )
+    of_caller = any(one is not None for one in (paths, order, own_policy))
+    with (
+        output.notes_held(),
+        helped("plan"),
+        redirect_stdout(sys.stderr) if of_caller else nullcontext(),  # what code of the caller prints is no result
+    ):
         document = run(
             site,
             out,
             obstructions=obstructions,
             programme=programme,
-            wish=PolicyWish(policy, seed, steps, train, retrain),
+            wish=wish,
             jobs=jobs,
             full_rate=full_rate,
             progress=output.progress,

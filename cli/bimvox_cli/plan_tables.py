@@ -91,7 +91,7 @@ LIFT: dict[str, Column] = {
 """What a planner wants to know of a lift."""
 _HOW: dict[str, Column] = {
     "component": "component",
-    "found by": "method",
+    "found by": lambda lift: lift.get("planner") or lift["method"],
     "moves": "moves",
     "shortest": "shortest_moves",
     "crane s": rounded("duration_s", 1),
@@ -178,6 +178,7 @@ def figures_of(document: Document) -> Iterator[tuple[str, object]]:
     yield "props", props_in_words(document)
     yield "material lifts", _material_lifts(document)
     yield "not covered", not_covered(document["not_covered"])
+    yield "planner", planner_in_words(document)
     yield "policy", _policy(document["policy"])
     yield "retrained", _retrained(document.get("retrained"))
     yield "took", spent(document["seconds"])
@@ -232,12 +233,25 @@ def _material_lifts(document: Document) -> str | None:
     )
 
 
+def planner_in_words(document: Document) -> str | None:
+    """Return how many paths each planner or policy of the caller found, and why the first lift has another path."""
+    lifts = [lift for lift in document["lifts"] if lift["status"] == "planned"]
+    names = document["policy"].get("external", ())
+    counts = [
+        f"{name}: {sum(lift.get('planner') == name for lift in lifts):,} of {len(lifts):,} paths" for name in names
+    ]
+    notes = [f"lift {lift['number']}, {lift['planner_note']}" for lift in document["lifts"] if "planner_note" in lift]
+    return "; ".join([*counts, *notes[:1]]) or None
+
+
 def _policy(policy: Document) -> str:
     """Return the policy that proposed the paths, its origin, and its test result."""
     if policy["id"] == "none":
         return "none: search only"
     if policy["id"] == "greedy":
         return "greedy: towards the target, no network"
+    if policy["id"] in policy.get("external", ()):
+        return f"{policy['id']}, brought by the caller"
     if policy["shipped"]:
         return f"{policy['id']}, the network that ships with bimvox"
     if policy["loaded"]:

@@ -116,6 +116,8 @@ def _document_of(
                 **_seen(site, motion),
                 **_when(times, lift.order),
                 **({"with_jib": True} if lift.with_jib else {}),
+                **({"planner": lift.planner} if lift.planner else {}),
+                **({"planner_note": lift.planner_note} if lift.planner_note else {}),
                 **({"crane": site.cranes[component.crane].name} if site.names_cranes else {}),
             }
         )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import importlib
 import io
-import sys
 import tempfile
 import zipfile
 from collections.abc import Sequence
@@ -235,7 +234,12 @@ def _loaded(policy: str) -> tuple[str, Values | TowardsTarget]:
     if policy.lower().endswith(".onnx"):
         return _from_onnx(Path(policy))
     if ":" in policy:
-        return policy, _from_module(policy)
+        from bimvox_pipeline.named_code import named_code
+
+        found = named_code(policy, "policy", PolicyError)
+        if not callable(found):
+            raise PolicyError(f"{policy}: a {type(found).__name__} is not a function")
+        return policy, found
     from bimvox.planning.rollout import GREEDY
     from bimvox.policy.choice import DEFAULT_START, GREEDY_POLICY
 
@@ -263,22 +267,3 @@ def _from_onnx(file: Path) -> tuple[str, Values]:
     except Exception as error:  # onnxruntime raises kinds of its own
         raise PolicyError(f"{file}: not an ONNX model with one input") from error
     return hashlib.sha256(content).hexdigest()[:16], lambda observations: session.run(None, {name: observations})[0]
-
-
-def _from_module(policy: str) -> Values:
-    """Return a function of a module on the path or in the current folder."""
-    module, _, name = policy.partition(":")
-    sys.path.insert(0, "")
-    try:
-        found = getattr(importlib.import_module(module), name, None)
-    except Exception as error:  # of anyone's code
-        raise PolicyError(
-            f"{policy}: the module cannot be imported: {type(error).__name__}: {error}",
-            hint="module:function, the module on Python's path or in the current folder",
-        ) from error
-    finally:
-        sys.path.remove("")
-    if not callable(found):
-        raise PolicyError(f"{policy}: the module has no function {name!r}")
-    values: Values = found
-    return values

@@ -221,7 +221,7 @@ _LORRY_S = 3600.0
 _ROUNDS = 3
 _LOOKED_AT = 48
 """How many of the parts that may come next, those nearest to the hook, are compared."""
-_WORTH = 1.02
+WORTH = 1.02
 """The plain order is kept if its travel time is at most this ratio above the best: the bound ignores obstacles."""
 
 
@@ -249,12 +249,12 @@ def order_and_yard(site: Site, sequencer: Sequencer) -> tuple[ErectionSequence, 
     first = 2 if site.has_several_cranes else 0
     most = max(_with_place(places) for _, places in rounds[first:])
     judged = [
-        _busiest_s(site, travels, made.order, places) + _LORRY_S * _lorries(site, made.order, places)
+        busiest_s(site, travels, made.order, places) + _LORRY_S * _lorries(site, made.order, places)
         for made, places in rounds
     ]
     kept = [n for n, (_, places) in enumerate(rounds) if n >= first and _with_place(places) == most]
     best = min(kept, key=lambda n: round(judged[n], 3))
-    plain_is_good = kept[0] == 0 and judged[0] <= _WORTH * judged[best]
+    plain_is_good = kept[0] == 0 and judged[0] <= WORTH * judged[best]
     return rounds[0 if plain_is_good else best]
 
 
@@ -270,7 +270,7 @@ def travel_of(site: Site, crane: TowerCrane) -> Travel:
     return Travel(crane, float(np.abs(corners_m - base_m).max() * 2.0) + crane.jib_height_m)
 
 
-def _busiest_s(site: Site, travels: Sequence[Travel], order: tuple[int, ...], places: Places) -> float:
+def busiest_s(site: Site, travels: Sequence[Travel], order: tuple[int, ...], places: Places) -> float:
     """Return the largest travel time of any crane, of one that moves the sum, seconds, see :func:`travel_s`."""
     own = [tuple(i for i in order if site.components[i].crane == k) for k in range(len(travels))]
     each_s = [travel_s(site, travel, own[k], places) for k, travel in enumerate(travels)]

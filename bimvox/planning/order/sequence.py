@@ -305,7 +305,7 @@ class Sequencer:
         is_open, is_held = np.array([n == 0 for n in missing], np.bool_), self._is_held.copy()
         order: list[int] = []
         unheld: list[int] = []
-        notes = [*self._floating_notes(), *graph.notes, *self._stage_notes]
+        notes = [*self.geometry_notes(), *self._stage_notes]
         while is_open.any():
             ready = np.flatnonzero(is_open & is_held)
             if not len(ready):
@@ -349,6 +349,10 @@ class Sequencer:
                 fixed[min(holds, key=lambda j: position[j]), i] = True
         fixed &= position[:, None] < position[None]
         return fixed
+
+    def geometry_notes(self) -> tuple[str, ...]:
+        """Return the notes that any sequence has: parts without support, and cycles of geometry."""
+        return (*self._floating_notes(), *self._graph.notes)
 
     def _floating_notes(self) -> list[str]:
         site, relations = self._site, self._relations

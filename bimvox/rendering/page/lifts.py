@@ -134,7 +134,7 @@ LIFT = Record(
     ("part", Count, "Index in ``parts``.", "lift.component"),
     ("status", Literal["planned", "infeasible", "in_situ", "built", "by_hand"], "Its status.", "lift.status.value"),
     ("carried", bool, "Whether the log carries it.", lambda it: any(it.lift is own for own in it.source.plan.lifts)),
-    ("method", Maybe(str), "How its path was found.", "lift.method.value"),
+    ("method", Maybe(str), "How its path was found.", "lift.found_by"),
     ("moves", Maybe(Count), "Unit moves of its path.", "lift.moves"),
     ("shortest_moves", Maybe(Count), "The fewest possible.", "lift.shortest_moves"),
     ("contact_moves", Maybe(Count), "How many of them are the last moves, near other parts.", "lift.contact_moves"),

@@ -41,7 +41,7 @@ def draw_path_ratios(lifts: Sequence[dict[str, Any]], *, file_format: Format = "
     paths = [lift for lift in lifts if lift["moves"] and lift["shortest_moves"]]
     found = {
         method: [lift["moves"] / lift["shortest_moves"] for lift in paths if lift["method"] == method]
-        for method in _METHODS
+        for method in _all_methods(lifts)
     }
     series = [Series(_found(method, len(ratios)), np.array(ratios)) for method, ratios in found.items() if ratios]
     longest = max((ratio for ratios in found.values() for ratio in ratios), default=1.0)
@@ -61,9 +61,14 @@ def draw_path_ratios(lifts: Sequence[dict[str, Any]], *, file_format: Format = "
 def draw_methods(lifts: Sequence[dict[str, Any]], *, file_format: Format = "png") -> bytes:
     """Return the share of the planned lifts by the method that found their path."""
     found = [lift["method"] for lift in lifts if lift["method"]]
-    counts = {method: found.count(method) for method in _METHODS}
+    counts = {method: found.count(method) for method in _all_methods(lifts)}
     bars = [Bar(_found(method, count), "", count / max(1, len(found)), 0.0, 0.0) for method, count in counts.items()]
     return draw_bars(bars, axis="share of the planned lifts", title="How the paths were found", file_format=file_format)
+
+
+def _all_methods(lifts: Sequence[dict[str, Any]]) -> list[str]:
+    """Return the engine's methods, then the planners and policies that the caller brought."""
+    return [*_METHODS, *sorted({lift["method"] for lift in lifts if lift["method"]}.difference(_METHODS))]
 
 
 def draw_hook_travel(lifts: Sequence[dict[str, Any]], *, file_format: Format = "png") -> bytes:
@@ -82,4 +87,4 @@ def draw_hook_travel(lifts: Sequence[dict[str, Any]], *, file_format: Format = "
 
 def _found(method: str, count: int) -> str:
     """Return how paths were found, and how many."""
-    return f"{METHODS[method]}: {counted(count, 'lift')}"
+    return f"{METHODS.get(method, method)}: {counted(count, 'lift')}"

@@ -204,7 +204,7 @@ def _lifts(log: PlanLog) -> list[dict[str, Any]]:
             "ifc_class": component.ifc_class,
             "component": component.id,
             "status": lift.status.value,
-            "method": lift.method.value if lift.method else None,
+            "method": lift.found_by,
             "moves": lift.moves,
             "start_s": round(motion.start_ns / 1e9, 3) if motion else None,
             "end_s": round(motion.end_ns / 1e9, 3) if motion else None,

@@ -1,0 +1,96 @@
+import pytest
+from box_sites import box_site
+
+from bimvox.errors import InputError
+from bimvox.planning.given_order import prepare_in_order
+from bimvox.planning.order_search import prepare
+from bimvox.planning.planner import plan_lifts
+from bimvox.proof.plan import verify_plan
+from bimvox.records.lift import Status
+from bimvox.site.site import Rules
+
+PORTAL = [
+    ("slab", (1.0, 1.0, 3.4), (5.0, 2.0, 3.6)),
+    ("beam", (1.0, 1.4, 3.0), (5.0, 1.6, 3.4)),
+    ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
+    ("right", (4.8, 1.4, 0.0), (5.0, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
+]
+
+
+@pytest.fixture(scope="module")
+def site():
+    return box_site(PORTAL, rules=Rules(rope=False))
+
+
+def ids(site, order):
+    return [site.components[index].id for index in order]
+
+
+@pytest.mark.parametrize("order", [["right", "left", "beam", "slab"], ["left", "right", "beam", "slab"]])
+def test_the_order_of_the_caller_is_kept_and_proven(site, order):
+    preparation = prepare_in_order(site, order)
+    assert ids(site, preparation.sequence.order) == order
+    assert all(preparation.places)
+    plan = plan_lifts(site, preparation)
+    assert ids(site, [lift.component for lift in plan.lifts]) == order
+    assert all(lift.status is Status.PLANNED for lift in plan.lifts)
+    assert verify_plan(plan).verified
+
+
+def test_a_function_sees_the_parts_and_what_each_needs(site):
+    seen = []
+
+    def made(parts):
+        seen.extend(parts)
+        done = []
+        while len(done) < len(parts):
+            ready = [part for part in parts if part.id not in done and set(part.after) <= set(done)]
+            done.append(max(ready, key=lambda part: part.target_m[0]).id)
+        return done
+
+    preparation = prepare_in_order(site, made)
+    assert ids(site, preparation.sequence.order) == ["right", "left", "beam", "slab"]
+    by_id = {part.id: part for part in seen}
+    assert by_id["beam"].after == ("left", "right")
+    assert by_id["slab"].after == ("beam",)
+    assert by_id["left"].target_m == pytest.approx((1.0, 1.4, 0.0))
+    assert {part.is_lifted for part in seen} == {True}
+    assert by_id["left"].mass_kg == site.components[2].mass_kg
+
+
+@pytest.mark.parametrize(
+    ("order", "said"),
+    [
+        (["beam", "left", "right", "slab"], "beam.* comes before .*left.*, on which it rests; 1 more like this"),
+        (lambda parts: ["slab", "beam", "right", "left"], "slab.* comes before .*beam.*, on which it rests|beam.*left"),
+        (["left", "right", "beam"], "1 of 4 parts missing: slab"),
+        (["left", "left", "right", "beam", "slab"], "more than once: left"),
+        (["left", "right", "beam", "slab", "roof"], "no part has the id 'roof'"),
+        ([1, 2], "no part has the id 1, 2"),
+        (lambda parts: 1 / 0, "order raised ZeroDivisionError: division by zero"),
+        (lambda parts: None, "order raised TypeError"),
+    ],
+)
+def test_an_order_that_breaks_a_rule_is_refused_by_name(site, order, said):
+    with pytest.raises(InputError, match=said) as caught:
+        prepare_in_order(site, order)
+    assert caught.value.message.startswith("order")
+
+
+def test_the_site_files_wishes_hold_for_an_order_too():
+    parts = [(*PORTAL[2][:3], {**PORTAL[2][3], "after": ("right",)}), PORTAL[3]]
+    site = box_site(parts, rules=Rules(rope=False))
+    assert ids(site, prepare_in_order(site, ["right", "left"]).sequence.order) == ["right", "left"]
+    with pytest.raises(InputError, match=r"left.* comes before .*right.*, as the site file forbids"):
+        prepare_in_order(site, ["left", "right"])
+
+
+def test_notes_and_parts_that_nothing_holds_yet_are_those_of_the_engine():
+    parts = [
+        ("left", (1.0, 1.4, 0.0), (1.5, 1.9, 3.0)),
+        ("shelf", (1.5, 1.4, 2.0), (2.5, 1.9, 2.5)),
+    ]
+    site = box_site(parts, rules=Rules(rope=False))
+    engine, mine = prepare(site), prepare_in_order(site, ["left", "shelf"])
+    assert mine.sequence == engine.sequence
+    assert ids(site, prepare_in_order(site, ["shelf", "left"]).sequence.unheld) == ["shelf"]
