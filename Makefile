@@ -7,15 +7,21 @@ OUT    ?= demo-output
 PEERS  := .venv-peers
 PLANNERS := .venv-planners
 VIEWERS := .venv-viewers
+SLIM := .venv-slim
 AUDITOR := .venv-audit
 # Where pip is configured with a local folder of wheels, uv (which ignores pip's configuration) is told of it; that folder
 # holds torch's CPU build. Elsewhere torch is the build of PyTorch's index that suits the machine (auto; cpu, cu130, ...): its
 # hash is not known, so it alone is not checked. `make setup TORCH_BACKEND=` takes PyPI's build (several GB on Linux), checked.
-FIND_LINKS = $(shell $(PYTHON) -m pip config get global.find-links 2>/dev/null)
+# The pip that installed uv is asked: it is there whether or not the environment, which has none, is activated.
+# (`pip config get` overlooks PIP_CONFIG_FILE.) Once a run.
+FIND_LINKS = $(eval FIND_LINKS := $(shell $(VENV)/uv-bootstrap/bin/python -m pip config list 2>/dev/null | \
+  sed -n "/^[^=]*\.find-links=/{s/[^=]*='\(.*\)'/\1/;s/\\\\n/ /g;p;q}"))$(FIND_LINKS)
 TORCH_BACKEND ?= $(if $(FIND_LINKS),,auto)
 LOCKS = constraints.txt $(if $(FIND_LINKS),constraints-cpu.txt)
-HASHED = $(if $(TORCH_BACKEND),--torch-backend $(TORCH_BACKEND),$(if $(FIND_LINKS),--find-links $(FIND_LINKS)) --require-hashes)
+HASHED = $(if $(TORCH_BACKEND),--torch-backend $(TORCH_BACKEND),$(addprefix --find-links ,$(FIND_LINKS)) --require-hashes)
 LOCKED = $(HASHED) $(addprefix -c ,$(LOCKS))
+# What bimvox[full] needs.
+FULL = -r pyproject.toml --extra full
 # bimvox itself, from this folder, built with the locked setuptools.
 OURSELVES = --no-deps --no-build-isolation -e .
 
@@ -23,7 +29,7 @@ OURSELVES = --no-deps --no-build-isolation -e .
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-slow test-all test-page test-fleet check lint types contracts samples bench bench-real-files bench-motion check-log bench-voxelize bench-environment bench-render \
+.PHONY: help setup demo test test-slow test-all test-page test-slim test-fleet sizes check lint types contracts samples bench bench-real-files bench-motion check-log bench-voxelize bench-environment bench-render \
 	bench-planning bench-yard bench-class-rates bench-watch bench-scale bench-studio bench-many-lifts bench-generalist bench-generalist-seeds bench-decision bench-live bench-cold bench-frozen train-generalist soak-watch soak-files \
 	picture site constraints audit advisories wheel release clean
 
@@ -37,7 +43,7 @@ $(UV): bootstrap.txt
 
 $(BIN)/bimvox: pyproject.toml setup.py constraints.txt constraints-cpu.txt | $(UV)
 	test -x $(BIN)/python || $(PYTHON) -m venv --without-pip $(VENV)
-	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) -r pyproject.toml --group dev
+	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) $(FULL) --group dev
 	$(UV) pip install --quiet --python $(BIN)/python $(OURSELVES)
 	@touch $@
 
@@ -63,8 +69,16 @@ test-page: setup ## the pages in a real headless Chromium
 	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) --group browser
 	$(BIN)/python -m pytest -m browser tests/rendering -n 0
 
+# An environment of its own, made anew each time: the wheel and what `bimvox` alone needs, without the extras of bimvox[full].
+test-slim: wheel ## the wheel without its extras: size, the acts, and what it says when training is asked of it
+	rm -rf $(SLIM)
+	$(PYTHON) -m venv --without-pip $(SLIM)
+	$(UV) pip install --quiet --python $(SLIM)/bin/python $(LOCKED) -r pyproject.toml
+	$(UV) pip install --quiet --python $(SLIM)/bin/python --no-deps dist/*.whl
+	BIMVOX_SLIM=$(abspath $(SLIM)) $(BIN)/python -m pytest tests/test_slim.py -n 0
+
 test-fleet: setup ## fleets on a real local Ray and a real local Dask cluster, and the Parquet table
-	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) -r pyproject.toml --extra ray --extra dask --extra parquet
+	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) $(FULL) --extra ray --extra dask --extra parquet
 	$(BIN)/python -m pytest tests/pipeline/fleet -n 0 -rs
 
 lint: setup
@@ -112,7 +126,7 @@ bench-render: setup ## seconds a picture and a frame of a 500-part plan
 
 $(PEERS)/ready: benchmarks/peers.txt pyproject.toml constraints.txt | $(UV)
 	test -x $(PEERS)/bin/python || $(PYTHON) -m venv --without-pip $(PEERS)
-	$(UV) pip install --quiet --python $(PEERS)/bin/python $(LOCKED) -r pyproject.toml --group build
+	$(UV) pip install --quiet --python $(PEERS)/bin/python $(LOCKED) $(FULL) --group build
 	$(UV) pip install --quiet --python $(PEERS)/bin/python $(OURSELVES)
 	grep -v '^#' benchmarks/peers.txt | while read -r peer; do \
 	  $(UV) pip install --quiet --python $(PEERS)/bin/python -c constraints.txt "$$peer" || echo "not installed: $$peer"; done
@@ -148,7 +162,7 @@ soak-watch: setup ## many random changes of a watched file, with all that may go
 
 $(PLANNERS)/ready: benchmarks/many_lifts/peers.txt pyproject.toml constraints.txt | $(UV)
 	test -x $(PLANNERS)/bin/python || $(PYTHON) -m venv --without-pip $(PLANNERS)
-	$(UV) pip install --quiet --python $(PLANNERS)/bin/python $(LOCKED) -r pyproject.toml --group build
+	$(UV) pip install --quiet --python $(PLANNERS)/bin/python $(LOCKED) $(FULL) --group build
 	$(UV) pip install --quiet --python $(PLANNERS)/bin/python $(OURSELVES)
 	grep -v '^#' benchmarks/many_lifts/peers.txt | while read -r peer; do \
 	  $(UV) pip install --quiet --python $(PLANNERS)/bin/python -c constraints.txt "$$peer" || echo "not installed: $$peer"; done
@@ -218,6 +232,9 @@ advisories: audit $(AUDITOR)/ready ## known vulnerabilities of what is installed
 wheel: setup ## build the wheel, with its SBOM (CycloneDX JSON) and checksums next to it: dist/
 	$(BIN)/python -m supply.wheel $(LOCKS)
 
+sizes: setup ## MB of the packages that bimvox needs, and of each extra: the table of docs/install.md
+	$(BIN)/python -m supply.sizes
+
 release: setup ## VERSION=0.2.0: changelog, version, commit, tag, wheel, SBOM, checksums; pushes nothing
 	$(BIN)/python -m supply.release $(VERSION) $(LOCKS)
 
@@ -225,4 +242,4 @@ words: setup ## OMW=folder with the tables of the Open Multilingual Wordnet: wor
 	$(BIN)/python -m supply.words $(OMW)
 
 clean: ## remove the virtual environment and what the demo wrote
-	rm -rf $(VENV) $(PEERS) $(PLANNERS) $(VIEWERS) $(AUDITOR) $(OUT) build dist *.egg-info
+	rm -rf $(VENV) $(SLIM) $(PEERS) $(PLANNERS) $(VIEWERS) $(AUDITOR) $(OUT) build dist *.egg-info

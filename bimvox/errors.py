@@ -224,9 +224,9 @@ class MissingPackageError(InputError):
 
     code = "missing-package"
 
-    def __init__(self, package: str, purpose: str) -> None:
+    def __init__(self, package: str, purpose: str, *, install: str | None = None) -> None:
         super().__init__(
-            f"{purpose} needs the package {package}, which is not installed", hint=f"pip install {package}"
+            f"{purpose} needs the package {package}, which is not installed", hint=install or f"pip install {package}"
         )
         self.package = package
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from packaging.version import InvalidVersion, Version
 
-from supply.wheel import build
+from supply.wheel import NotBuiltError, build
 
 _VERSION_FILE = Path("bimvox/version.py")
 _CHANGELOG = Path("CHANGELOG.md")
@@ -36,6 +36,7 @@ def release(root: Path, wanted: str, locks: Sequence[Path], today: datetime.date
     Raises:
         NotReleasedError: If the checkout is not clean or not ``main``, the version is not new, or the changelog has no
             entries for it.
+        NotBuiltError: If the wheel or its SBOM cannot be made; the commit is made, the tag is not.
     """
     _check_checkout(root, wanted)
     changelog, code = root / _CHANGELOG, root / _VERSION_FILE
@@ -80,7 +81,7 @@ def main(arguments: Sequence[str]) -> int:
     wanted, *locks = arguments
     try:
         made = release(Path.cwd(), wanted, [Path(lock) for lock in locks], datetime.datetime.now(datetime.UTC).date())
-    except NotReleasedError as error:
+    except (NotReleasedError, NotBuiltError) as error:
         print(f"no release: {error}", file=sys.stderr)
         return 2
     print(*made, sep="\n")

@@ -1,5 +1,7 @@
 """Writes the SBOM of a wheel: what it needs at run time, with the versions of the lock file (CycloneDX 1.6, JSON).
 
+That is what ``bimvox[full]`` installs.
+
 ``python -m supply.sbom WHEEL LOCK...`` writes ``WHEEL.cdx.json`` next to the wheel. The same wheel, lock file and
 platform give the same bytes: there is no time in it, and the serial number is made from its content.
 """
@@ -23,6 +25,7 @@ from supply.lock import Pin, normalised, read_lock
 
 _SERIAL = uuid.UUID("6f0f6a0e-6c3c-5e0e-9d7a-0b1f8a1c2d3e")
 _LICENCES = ("License-Expression", "License")
+_EXTRA = "full"
 _LONGEST_LICENCE = 80  # longer ones are texts, not names
 
 
@@ -36,8 +39,9 @@ def sbom(wheel: Path, pins: Mapping[str, Sequence[Pin]]) -> dict[str, Any]:
     with zipfile.ZipFile(wheel) as archive:
         (name,) = (one for one in archive.namelist() if one.endswith(".dist-info/METADATA"))
         fields = HeaderParser().parsestr(archive.read(name).decode("utf-8"))
-    ours = _reference(normalised(str(fields["Name"])), str(fields["Version"]))
-    needs = {ours: _needed(fields.get_all("Requires-Dist") or (), frozenset())}
+    own_name = normalised(str(fields["Name"]))
+    ours = _reference(own_name, str(fields["Version"]))
+    needs = {ours: _with_extras_of_its_own(fields.get_all("Requires-Dist") or (), own_name)}
     components: dict[str, dict[str, Any]] = {}
     waiting = list(needs[ours])
     seen: set[tuple[str, frozenset[str]]] = set()
@@ -99,10 +103,24 @@ def _needed(requirements: Iterable[str], extras: frozenset[str]) -> frozenset[tu
     )
 
 
+def _with_extras_of_its_own(requirements: Sequence[str], name: str) -> frozenset[tuple[str, frozenset[str]]]:
+    """Return the packages that a wheel needs with ``_EXTRA``, which may name other extras of the same wheel."""
+    extras = frozenset([_EXTRA])
+    while True:
+        needed = _needed(requirements, extras)
+        named = extras.union(*(more for package, more in needed if package == name))
+        if named == extras:
+            return frozenset(one for one in needed if one[0] != name)
+        extras = named
+
+
 def _pin_of(name: str, installed: str, pins: Mapping[str, Sequence[Pin]]) -> Pin:
     for pin in pins.get(name, ()):
         if pin.version == installed:
             return pin
+    # "2.13.0+cpu" is a build of 2.13.0 for one kind of processor: the hashes of its files are not those of 2.13.0.
+    if installed.partition("+")[0] in {pin.version for pin in pins.get(name, ())}:
+        return Pin(name, installed, ())
     raise ValueError(
         f"{name} {installed} is installed and needed, but it is not in the lock file: run make constraints"
     )
@@ -122,17 +140,22 @@ def _licences(about: Any) -> dict[str, Any]:
     return {}
 
 
+def write_sbom(wheel: Path, locks: Iterable[Path]) -> Path:
+    """Write the SBOM next to the wheel; raises as ``sbom`` and ``read_lock`` do."""
+    document = sbom(wheel, read_lock(*locks))
+    out = wheel.with_name(f"{wheel.name}.cdx.json")
+    out.write_text(json.dumps(document, indent=2, sort_keys=True) + "\n", "utf-8")
+    return out
+
+
 def main(arguments: Sequence[str]) -> int:
     """Write the SBOM next to the wheel; return the exit code."""
     wheel, *locks = map(Path, arguments)
     try:
-        document = sbom(wheel, read_lock(*locks))
+        print(write_sbom(wheel, locks))
     except (OSError, ValueError, PackageNotFoundError) as error:
         print(f"no SBOM is written: {error}", file=sys.stderr)
         return 2
-    out = wheel.with_name(f"{wheel.name}.cdx.json")
-    out.write_text(json.dumps(document, indent=2, sort_keys=True) + "\n", "utf-8")
-    print(out)
     return 0
 
 

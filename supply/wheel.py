@@ -11,11 +11,18 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
-from supply.sbom import main as write_sbom
+from supply.sbom import write_sbom
 
 SUMS = "SHA256SUMS"
+
+
+class NotBuiltError(Exception):
+    """Why there is no wheel or no SBOM of it."""
+
+
 _BUILD = "import sys; from setuptools import build_meta; build_meta.build_wheel(sys.argv[1])"
 
 
@@ -27,7 +34,7 @@ def build(root: Path, locks: Sequence[Path]) -> list[Path]:
         locks: The lock files, for the SBOM.
 
     Raises:
-        RuntimeError: If the wheel or its SBOM cannot be made.
+        NotBuiltError: If the wheel or its SBOM cannot be made.
     """
     for folder in ("dist", "build"):
         shutil.rmtree(root / folder, ignore_errors=True)
@@ -44,16 +51,27 @@ def build(root: Path, locks: Sequence[Path]) -> list[Path]:
         check=False,
     )
     if made.returncode:
-        raise RuntimeError(f"the wheel cannot be built: {made.stderr.strip()}")
+        raise NotBuiltError(f"the wheel cannot be built: {made.stderr.strip()}")
     (wheel,) = dist.glob("*.whl")
-    if write_sbom([str(wheel), *map(str, locks)]):
-        raise RuntimeError("no SBOM")
+    try:
+        write_sbom(wheel, locks)
+    except (OSError, ValueError, PackageNotFoundError) as error:
+        raise NotBuiltError(f"no SBOM is written: {error}") from error
     files = sorted(dist.iterdir())
     lines = [f"{hashlib.sha256(file.read_bytes()).hexdigest()}  {file.name}\n" for file in files]
     (dist / SUMS).write_text("".join(lines), "ascii", newline="\n")
     return [*files, dist / SUMS]
 
 
+def main(arguments: Sequence[str]) -> int:
+    """Build, and print the files or why there are none; return the exit code."""
+    try:
+        print(*build(Path.cwd(), [Path(lock) for lock in arguments]), sep="\n")
+    except NotBuiltError as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
 if __name__ == "__main__":
-    for _file in build(Path.cwd(), [Path(_lock) for _lock in sys.argv[1:]]):
-        print(_file)
+    raise SystemExit(main(sys.argv[1:]))

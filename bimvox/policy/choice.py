@@ -8,6 +8,7 @@ from typing import Any
 
 from bimvox.env.problem import LiftProblem
 from bimvox.errors import PolicyError
+from bimvox.extras import require
 from bimvox.planning.external import External
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.rollout import GREEDY, proposer
@@ -175,6 +176,7 @@ def choose_policy(
                 return _stored(manifest.id)
     if not (wanted.train or wanted.retrain):
         return GREEDY_POLICY
+    require("train", "training")
     problems = training_problems(site, preparation, wanted.seed, progress)
     checkpoint = Checkpoint(site.geometry_digest, config, wanted.seed, parent, wanted.steps)
     policy = _trained(problems, training, progress, seconds=wanted.seconds, tested=tested, checkpoint=checkpoint)

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.env.batched import BatchedLiftEnv
 from bimvox.env.dynamics import StepLimit
 from bimvox.env.problem import LiftProblem, is_learnable
 from bimvox.errors import PlanningError
+from bimvox.extras import require
 from bimvox.planning.rollout import LIFTS_AT_ONCE, ROLLOUT_LIMIT, Values, roll_out_all, roll_out_starts
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.manifest import FROM_SCRATCH, CurvePoint, TrainedPolicy, TrainingStart
@@ -174,8 +174,10 @@ def train(
     done = resumed.steps if resumed is not None else 0
     if done >= steps:
         return record.policy
+    require("train", "training")
     import torch
 
+    from bimvox.env.batched import BatchedLiftEnv
     from bimvox.policy.dqn import dqn_of_lifts, load_network, network_of
     from bimvox.policy.vec_env import TestsAtIntervals
 

@@ -10,6 +10,7 @@ from functools import cache
 from typing import Self
 
 from bimvox.errors import shown
+from bimvox.extras import require
 
 DAYS = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
 FIRST_YEAR, LAST_YEAR = 1950, 2150
@@ -224,7 +225,9 @@ def public_holidays(country: str, region: str | None) -> Collection[date]:
 
     Raises:
         ValueError: If the country or region is not known.
+        MissingPackageError: If the package that knows them is not installed.
     """
+    require("holidays", "[calendar] country")
     import holidays  # takes a third of a second, and only sites that name a country need it
 
     known = holidays.list_supported_countries(include_aliases=True)

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import BimvoxError, FileError, InputError
+from bimvox.extras import require
 from bimvox.files import reason_of, write_atomically
 from bimvox.paper.experiment.document import curves_csv, document_of
 from bimvox.paper.experiment.jobs import ALL_MODES, Job, PaperSettings, default_settings, jobs_of, quick_settings
@@ -46,10 +47,13 @@ def run_paper(
 
     Raises:
         InputError: If the folder cannot be used.
+        MissingPackageError: If torch, stable-baselines3 or matplotlib is not installed.
         BimvoxError: If a process was killed.
     """
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is not a folder", hint="name a folder with -o")
+    require("train", "the experiment")
+    require("plots", "the experiment")
     settings = (quick_settings if quick else default_settings)(seeds, modes)
     results = run_experiment(folder, settings=settings, processes=processes, progress=progress)
     progress.stage("draw")

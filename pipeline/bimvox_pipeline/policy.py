@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import InputError, MissingPackageError, PolicyError
+from bimvox.extras import require
 from bimvox.files import check_output, read_input, write_atomically
 from bimvox.grid.layout import BROKEN_ZIP, write_archive
 
@@ -57,6 +58,7 @@ _FORMATS = {"bimvox": ".policy.zip", "onnx": ".onnx", "sb3": ".sb3.zip"}
 """The formats, with the default suffix of their files."""
 
 _SB3_MEMBER = "policy.pth"
+_SB3_FILE = "a file of stable-baselines3"
 
 
 def export_policy(policy_id: str, *, to: str | None = None, out: Path | None = None) -> dict[str, Any]:
@@ -127,6 +129,7 @@ def _bytes(found: StoredPolicy, form: str) -> bytes:
             found.network,
             {"policy": about.id, "observation": about.observation, "geometry_key": about.geometry_key},
         )
+    require("train", _SB3_FILE)
     from bimvox.policy.sb3_file import write_sb3_zip
 
     with tempfile.TemporaryDirectory(prefix="bimvox-policy-") as folder:
@@ -149,6 +152,7 @@ def _from_sb3(content: bytes, trust: bool) -> str:
             "this file is from stable-baselines3 and has no manifest to check it against",
             hint="add --trust if you know who made it; only its weights are read, no code in it runs",
         )
+    require("train", _SB3_FILE)
     from bimvox.policy import store
     from bimvox.policy.config import DqnConfig
     from bimvox.policy.manifest import TrainedPolicy

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import FileError, InputError
 from bimvox.exporters.text import table
+from bimvox.extras import missing, require
 from bimvox.files import check_output, default_output, reason_of, write_atomically
 from bimvox.progress import Progress
 from bimvox_pipeline.browser import draw_with
@@ -76,6 +77,8 @@ def report(
     if kind_of(log) is not Kind.LOG:
         raise InputError(f"{log}: only a log has a report", hint="bimvox plan SITE writes a log")
     check_output(target, inputs=[log])
+    if figures is not None:
+        require("plots", "--figures")
     browser = None
     if suffix == _PDF:
         from bimvox_pipeline.browser import find_browser
@@ -154,14 +157,28 @@ def _figures(revision: Revision, record: dict[str, Any], pictures: int, progress
     from bimvox.rendering.pictures.plan import scene_of_plan
     from bimvox.rendering.pictures.site import view_of_site
     from bimvox.rendering.report.page import Figure, Figures
-    from bimvox.rendering.report.plan_figures import draw_path_ratios, draw_utilisation
 
-    site, lifts = revision.plan.site, record["lifts"]
+    site = revision.plan.site
     options = PictureOptions(size_px=_OVERVIEW_PX, view=view_of_site(site))
     overview = small_png_of(
         scene_of_plan(site, revision.lifts, revision.motions, props=revision.props_standing), options
     )
-    plots = []
+    return Figures(
+        overview=Figure(overview, "image/png", "The building after all planned lifts"),
+        blocked=_blocked(revision, record["infeasible"], pictures, progress),
+        plots=_plots(record, progress),
+    )
+
+
+def _plots(record: dict[str, Any], progress: Progress) -> tuple[Figure, ...]:
+    """Return the plots of the record; none, with a note, if matplotlib is not installed."""
+    if missing("plots"):
+        progress.note('without the plots of utilisation and path lengths: pip install "bimvox[plots]" draws them')
+        return ()
+    from bimvox.rendering.report.page import Figure
+    from bimvox.rendering.report.plan_figures import draw_path_ratios, draw_utilisation
+
+    plots, lifts = [], record["lifts"]
     if record["crane"] and any(lift["governs"] for lift in lifts):
         drawn = draw_utilisation(lifts, record["critical_share"], file_format="svg")
         plots.append(Figure(drawn, "image/svg+xml", "Utilisation: number of lifts by share of the crane's capacity"))
@@ -174,11 +191,7 @@ def _figures(revision: Revision, record: dict[str, Any], pictures: int, progress
                 "Moves of each path over the fewest possible under the same rules, by how the path was found",
             )
         )
-    return Figures(
-        overview=Figure(overview, "image/png", "The building after all planned lifts"),
-        blocked=_blocked(revision, record["infeasible"], pictures, progress),
-        plots=tuple(plots),
-    )
+    return tuple(plots)
 
 
 def _blocked(revision: Revision, orders: list[int], most: int, progress: Progress) -> tuple[Figure, ...]:

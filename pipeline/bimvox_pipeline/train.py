@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bimvox.extras import require
 from bimvox.files import write_atomically
 from bimvox.library.hand_over import may_go_to_others
 from bimvox.library.plan import seed_of
@@ -45,7 +46,11 @@ def train(
 
     Returns:
         The document of ``bimvox train --json``.
+
+    Raises:
+        MissingPackageError: If torch or stable-baselines3 is not installed.
     """
+    require("train", "training")
     board = _board(tensorboard)
     loaded = load_site(site, progress)
     built, preparation = prepared(loaded.site, progress, free=may_go_to_others(loaded))

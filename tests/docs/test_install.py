@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import re
+import tomllib
+from importlib.metadata import metadata
 from pathlib import Path
 
 import pytest
 import yaml
+
+from supply.sizes import rows_of, table_of
 
 ROOT = Path(__file__).parents[2]
 CPU = ("--torch-backend cpu", "download.pytorch.org/whl/cpu", "TORCH_BACKEND: cpu")
@@ -34,8 +38,27 @@ def test_every_documented_command_takes_the_cpu_build_of_torch() -> None:
     assert len(found) >= 8
     for way in ("uv tool install", "pipx install", "pip install"):
         assert any(command.startswith(way) for command in found)
-    # An extra is added to an installation that has torch already.
-    assert [one for one in found if not any(cpu in one for cpu in CPU) and "bimvox[" not in one] == []
+    # Only these bring torch; the other extras, and bimvox alone, need no option for it.
+    with_torch = [one for one in found if re.search(r"\[(full|train)\]|--extra full|-e \.|--group dev", one)]
+    assert len(with_torch) >= 7
+    assert [one for one in with_torch if not any(cpu in one for cpu in CPU)] == []
+
+
+def test_the_readme_names_the_full_installation_first() -> None:
+    (first, *_) = INSTALLS.findall((ROOT / "README.md").read_text("utf-8"))
+    assert "bimvox[full]" in first
+
+
+@pytest.mark.skipif("+cpu" not in metadata("torch")["Version"], reason="the table is of torch's CPU build")
+def test_the_sizes_are_those_of_the_packages() -> None:
+    made = table_of(rows_of(tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"])).splitlines()
+    text = (ROOT / "docs" / "install.md").read_text("utf-8").splitlines()
+    begin = text.index(made[0])
+    for line, now in zip(text[begin : begin + len(made)], made, strict=True):
+        ours, theirs = (re.findall(r"\d+|[^\d|]+", one) for one in (line, now))
+        assert [one for one in ours if not one.isdigit()] == [one for one in theirs if not one.isdigit()], "make sizes"
+        sizes = [[int(one) for one in many if one.isdigit()] for many in (ours, theirs)]
+        assert sizes[0] == pytest.approx(sizes[1], rel=0.05, abs=1), f"make sizes: {now}"
 
 
 def test_the_container_takes_locked_packages_and_files_that_exist() -> None:

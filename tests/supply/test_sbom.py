@@ -5,11 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 import zipfile
+from importlib.metadata import metadata
 from pathlib import Path
 
 import pytest
 
-from supply.lock import read_lock
+from supply.lock import Pin, read_lock
 from supply.sbom import main, sbom
 
 LOCKS = [Path(__file__).parents[2] / name for name in ("constraints.txt", "constraints-cpu.txt")]
@@ -49,6 +50,27 @@ def test_it_names_what_the_wheel_needs_at_run_time_and_what_that_needs(tmp_path)
     assert needs.keys() == references
     assert set().union(*needs.values()) == references - {about["bom-ref"]}
     assert components["numpy"]["bom-ref"] in needs[components["pandas"]["bom-ref"]]
+
+
+def test_it_names_what_the_full_installation_has_through_extras_of_the_wheel_itself(tmp_path):
+    extras = """Requires-Dist: bimvox[plots,train]; extra == "full"
+Requires-Dist: matplotlib>=3; extra == "plots"
+Requires-Dist: stable-baselines3; extra == "train"
+"""
+    document = sbom(wheel_with(tmp_path, METADATA + extras), read_lock(*LOCKS))
+    names = {one["name"] for one in document["components"]}
+    assert {"matplotlib", "fonttools", "stable-baselines3", "torch", "sympy", "xarray"} <= names
+    assert names.isdisjoint({"bimvox", "ray"})
+
+
+def test_a_build_whose_hash_is_not_locked_is_named_without_hashes(tmp_path):
+    pins = dict(read_lock(*LOCKS))
+    installed = metadata("torch")["Version"]
+    pins["torch"] = (Pin("torch", installed.partition("+")[0], ("sha256:aa",)),)
+    document = sbom(wheel_with(tmp_path, METADATA + "Requires-Dist: torch\n"), pins)
+    (torch,) = (one for one in document["components"] if one["name"] == "torch")
+    assert torch["version"] == installed
+    assert [one["value"] for one in torch["properties"]] == ([] if "+" in installed else ["sha256:aa"])
 
 
 def test_the_same_wheel_gives_the_same_bytes(tmp_path):

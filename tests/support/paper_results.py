@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bimvox.paper.experiment.jobs import ABLATION_OBSERVATIONS, ABLATION_REWARDS, PaperSettings, quick_settings
 from bimvox.paper.experiment.results import BaselineRun, ExperimentResults, LearningRun, MatchedRun, ScenarioRun
-from bimvox.paper.policy.episodes import CurvePoint
+from bimvox.paper.policy.curve import CurvePoint
 
 SEEDS = 6
 PATH = ((2, 2, 2), (3, 2, 2), (4, 2, 2), (5, 2, 2), (6, 2, 2), (7, 2, 2), (7, 3, 2), (7, 4, 2), (7, 5, 2), (7, 6, 2))

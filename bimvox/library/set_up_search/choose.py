@@ -12,6 +12,7 @@ import numpy as np
 
 from bimvox.crane.machine import Machine
 from bimvox.errors import InputError
+from bimvox.extras import require
 from bimvox.library.set_up_search.pairs import may_pair, pairs
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.search import Search
@@ -236,6 +237,7 @@ def search_set_ups(
     Raises:
         InputError: If the site has several cranes or none, no machine serves any part, or all cost more than the
             budget, or the site file states of the given crane what does not hold for another machine.
+        MissingPackageError: If other yards are to be tried, and Optuna is not installed.
     """
     if site.config.moves:
         raise InputError(
@@ -249,6 +251,9 @@ def search_set_ups(
             hint="give the site file one crane",
         )
     _refuse_support_of_any(site.config, name, machines)
+    may_try_yards = effort.yards > 0 and may_move(site.searched)
+    if may_try_yards:
+        require("optimise", "trying other yards")
     search = Search(site, progress)
     progress.stage("try", len(machines))
     lattice: list[Tried] = []
@@ -258,7 +263,7 @@ def search_set_ups(
     lattice = closer(search, lattice, effort.members)
     progress.finish()
     found, trials = list(lattice), 0
-    if effort.yards and may_move(site.searched):
+    if may_try_yards:
         most = max((one.served for one in lattice), default=0)
         able = [machine for machine in machines if search.carries(machine) >= most]
         moved, trials = other_yards(site, search, able, folder, effort, progress)

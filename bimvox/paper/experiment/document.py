@@ -11,7 +11,7 @@ from typing import Any
 from bimvox.paper.experiment.findings import CensoredSteps, Finding, findings_of, matched_finding, mean_interval
 from bimvox.paper.experiment.jobs import ABLATION_OBSERVATIONS, ABLATION_REWARDS, SCENARIOS
 from bimvox.paper.experiment.results import ExperimentResults, LearningRun, ScenarioRun
-from bimvox.paper.policy.episodes import Curve
+from bimvox.paper.policy.curve import Curve
 
 _NAMED_FIRST = "paper"
 """The mode whose scenarios come first in the document, if it was run."""

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict
 
 from bimvox.paper.experiment.jobs import Job
-from bimvox.paper.policy.episodes import Curve
+from bimvox.paper.policy.curve import Curve
 
 _Cell = tuple[int, int, int]
 

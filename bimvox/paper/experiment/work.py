@@ -14,7 +14,8 @@ from bimvox.paper.env.spec import FOUR_COLUMNS_FOUR_BEAMS, PAPER, PaperSpec, Yar
 from bimvox.paper.experiment.jobs import Job
 from bimvox.paper.policy.baselines import Requirement, field_seconds, random_policy, tabular_q, teacher_moves
 from bimvox.paper.policy.config import PaperDqnConfig, paper_config_from_dict
-from bimvox.paper.policy.episodes import Curve, replay, success_rate
+from bimvox.paper.policy.curve import Curve
+from bimvox.paper.policy.episodes import replay, success_rate
 from bimvox.paper.policy.initialization import adapt, apply_layout, greedy_success, initialize
 from bimvox.paper.policy.network import ValueNetwork
 from bimvox.paper.policy.scenarios import make_scenarios, matched_pairs

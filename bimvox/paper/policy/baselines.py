@@ -15,7 +15,8 @@ from bimvox.paper.env.batched import BatchedPaperSite
 from bimvox.paper.env.layout import PaperLayout
 from bimvox.paper.env.site_env import PaperSiteEnv
 from bimvox.paper.env.spec import PaperSpec
-from bimvox.paper.policy.episodes import CurvePoint, Episode, run_episodes
+from bimvox.paper.policy.curve import CurvePoint
+from bimvox.paper.policy.episodes import Episode, run_episodes
 
 _RATE = 0.5
 """Share of the new estimate in the table; large, because moves are deterministic."""

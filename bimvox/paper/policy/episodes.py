@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,25 +14,6 @@ from bimvox.paper.env.layout import PaperLayout
 from bimvox.paper.env.spec import PaperSpec
 from bimvox.planning.rollout import Values
 from bimvox.site.component import IntVec
-
-
-class CurvePoint(NamedTuple):
-    """One test.
-
-    Attributes:
-        steps: Environment steps so far.
-        success_rate: Share of the episodes that succeeded, with the tests' share of random actions.
-        mean_reward: Of those episodes.
-        greedy_rate: Share that succeeds without random actions, from every start. None if not tested.
-    """
-
-    steps: int
-    success_rate: float
-    mean_reward: float
-    greedy_rate: float | None = None
-
-
-Curve = tuple[CurvePoint, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

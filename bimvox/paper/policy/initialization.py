@@ -16,7 +16,8 @@ from bimvox.paper.env.layout import PaperLayout, random_layouts, yard_layouts
 from bimvox.paper.env.observation import OBSERVATION_SIZE, SCALES, WINDOW, WINDOW_SIZE
 from bimvox.paper.env.spec import PaperSpec
 from bimvox.paper.policy.config import PaperDqnConfig
-from bimvox.paper.policy.episodes import CurvePoint, Episode, best_of, replay, run_episodes, success_rate
+from bimvox.paper.policy.curve import CurvePoint
+from bimvox.paper.policy.episodes import Episode, best_of, replay, run_episodes, success_rate
 from bimvox.paper.policy.network import PaperPolicy, ValueNetwork
 from bimvox.policy.dqn import BatchDqn, Trained
 from bimvox.policy.replay import Transitions

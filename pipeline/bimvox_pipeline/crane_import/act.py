@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bimvox.errors import InputError
+from bimvox.extras import require
 from bimvox.files import read_input, write_atomically
 from bimvox_pipeline.crane_import.read_text import TextOptions, read_text
 from bimvox_pipeline.crane_import.sheet import Sheet, doubtful_in, wrong_in
@@ -63,7 +64,9 @@ def import_crane(
 
     Raises:
         InputError: If the source has no usable chart, or keys are missing; it names each.
+        MissingPackageError: If matplotlib is not installed.
     """
+    require("plots", "drawing load charts")
     from bimvox.rendering.report.chart_figure import draw_charts
     from bimvox.site.config.machine_file import MACHINE_FILES
     from bimvox_pipeline.crane_import.machine_text import machine_text

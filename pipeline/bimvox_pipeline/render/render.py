@@ -11,6 +11,7 @@ from typing import Any, Literal
 from PIL import Image
 
 from bimvox.errors import InputError
+from bimvox.extras import require
 from bimvox.files import check_output, default_output, write_atomically
 from bimvox.progress import Progress
 from bimvox.rendering.pictures.camera import FILM_PX, FILMS, PICTURE_PX
@@ -195,6 +196,7 @@ def _render_experiment(folder: Path, out: Path | None, progress: Progress) -> di
 
     ``out`` is ``.png`` or ``.svg``; default: the folder's name with ``.png``, in the current folder.
     """
+    require("plots", "a picture of curves")
     from bimvox.paper.experiment.document import document_of
     from bimvox.paper.experiment.pictures import success_curves
     from bimvox_pipeline.paper import load_results

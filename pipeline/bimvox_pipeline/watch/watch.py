@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from bimvox.errors import BimvoxError, FileError, InputError, PolicyError
+from bimvox.extras import require
 from bimvox.files import check_output, default_output, write_atomically
 from bimvox.library.arguments import PolicyWish, constants_of, workers_of
 from bimvox.library.hand_over import is_of, may_go_to_others, with_cranes_of
@@ -73,6 +74,8 @@ def watch(
     Yields:
         One document of ``bimvox watch --json`` per change.
     """
+    if how.retrain:
+        require("train", "--retrain")
     target = out or default_output(site, ".mcap")
     traffic = None if how.traffic is None else traffic_of(how)
     server = None if how.serve is None else server_at(how.serve, progress)

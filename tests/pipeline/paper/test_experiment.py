@@ -12,7 +12,7 @@ from bimvox_pipeline.paper import load_results, result_file, run_experiment, run
 from bimvox.errors import BimvoxError, FileError
 from bimvox.paper.experiment.document import document_of, mean_curve
 from bimvox.paper.experiment.jobs import Job, jobs_of, quick_settings
-from bimvox.paper.policy.episodes import CurvePoint
+from bimvox.paper.policy.curve import CurvePoint
 from bimvox.progress import SilentProgress
 
 SETTINGS = replace(quick_settings(1, ("ours",)), frame_changes={"sites": 4, "gradient_steps": 1, "greedy_too": False})
