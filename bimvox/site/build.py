@@ -214,7 +214,16 @@ def _flipped(config: SiteConfig, part: Component, entry: ComponentConfig | None,
     asked = (entry.flip if entry is not None else None) or config.rules.flip
     if rules is None or asked != "two_hooks" or not part.erected:
         return part
-    return replace(part, flip_rise_vox=rise_to_flip_vox(part, rules, voxel_size_m))
+    if part.stored_pose is not None and part.stored_turn is None:  # turned, a panel would lie on its edge
+        part = replace(part, stored_turn=0)
+    rise_vox = rise_to_flip_vox(part, rules, voxel_size_m)
+    if not rise_vox:
+        raise config.error(
+            "component.pose",
+            f"{part.label} cannot be turned over between two hooks as it lies: it is not higher than it is thick",
+            hint='leave pose and turn out, so that it comes lying flat, or give it flip = "foot"',
+        )
+    return replace(part, flip_rise_vox=rise_vox)
 
 
 def _masts(

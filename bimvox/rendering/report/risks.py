@@ -147,7 +147,8 @@ def _risks(record: dict[str, Any]) -> list[_Risk]:
     unstated = [lift for lift in planned if lift["mass_source"] != "quantity"]
     tails = [one for crane in record["distances"] for one in crane["distances"] if one["from"] == "tail"]
     nearest = min((one["distance_m"] for one in tails if one["to"] not in ("boundary", "crane")), default=None)
-    upended = [lift for lift in planned if lift["stored"] not in (None, "as_built")]
+    lying = [lift for lift in planned if lift["stored"] not in (None, "as_built")]
+    upended, over = ([lift for lift in lying if ("flip" in lift) == both] for both in (False, True))
     stands = [number for one in record["method"] if one["work"] in _STANDING for number in one["lifts"]]
     found = [
         _Risk("Overload", why("critical by its utilisation") + (f"; at most {100.0 * used:.0f} %" if used else ""),
@@ -169,6 +170,11 @@ def _risks(record: dict[str, Any]) -> list[_Risk]:
         found.append(
             _Risk("Tilting while upended", _lifts(upended), "foot held, rope upright, time for it",
                   "ground or frame under the foot; nobody where it may fall")
+        )  # fmt: skip
+    if over:
+        found.append(
+            _Risk("Turned over between two hooks", _lifts(over), "share of each hook at every angle, foot clear of the "
+                  "ground, its room kept free", "maker's manual permits it; both loads read; one signaller")
         )  # fmt: skip
     if stands:
         found.append(

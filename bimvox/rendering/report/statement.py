@@ -116,10 +116,20 @@ def _limits(record: dict[str, Any]) -> list[tuple[str, str]]:
 def _upending(record: dict[str, Any]) -> str:
     """Return how parts that lie are upended and what their time assumes; empty if none is."""
     count, rules = sum(one["upended"] for one in record["method"]), record["site"]["rules"]
-    if not count:
-        return ""
+    over = [lift["flip"] for lift in record["lifts"] if lift["status"] == "planned" and lift.get("flip") is not None]
+    said = ""
+    if over:
+        used = max(max(one["main_used"], one["auxiliary_used"], one["both_used"]) for one in over)
+        clear_m = min(one["clear_m"] for one in over)
+        said = (
+            f"{counted(len(over), 'part')} turned over in the air by main and auxiliary hook: lifted level, "
+            f"{number(clear_m, f'{clear_m:.2f} m', 'clear_m')} or more clear of the ground, head hoisted while the "
+            f"other hook holds the foot end, then that hook taken off; a hook uses {percent(used, 0)} at most. "
+        )
+    if not (count := count - len(over)):
+        return said
     seconds = number(rules["upend_s"], span(rules["upend_s"]), "upend_s")
-    return (
+    return said + (
         f"{counted(count, 'part')} with one hook: slung at the head, in the yard or on a frame; the foot is bedded and "
         f"held so that it cannot slip; hook and trolley follow the head, the rope upright. It takes {seconds} besides "
         "the crane's motion ([rules] upend_s), then the trial lift. Two hooks: a line to tick"
