@@ -14,10 +14,11 @@ from bimvox.remarks.parts import densities, floating, guided, held, lorries, ove
 from bimvox.remarks.rules import earlier, outside, rules
 from bimvox.remarks.set_ups import set_ups
 from bimvox.remarks.subject import Subject
+from bimvox.remarks.tandem import tandem_lifts
 
 _FAMILIES = (
     machines, crane_feet, tails, rooms, set_ups, outside, floating, held, overlaps, densities, stated_masses, transport,
-    storage, lorries, carried_low, high_utilisation, doubtful_mass, guided, earlier, rules, assumptions,
+    storage, lorries, carried_low, high_utilisation, doubtful_mass, guided, tandem_lifts, earlier, rules, assumptions,
 )  # fmt: skip
 """Every rule, in the order in which its remarks are listed within a severity."""
 

@@ -164,6 +164,11 @@ EDGE_ON_WIND = Row("low_wind", _SERIOUS,
     "two tag lines turn to the wind")
 BELOW_LEAST_CLEAR = Row("low_wind", _SERIOUS,
     _LEAST_WIND + "wait for such a day, or give its way more room (rules.transit_clearance_m)")
+_TANDEM = (
+    "no crane lifts it alone; {first} and {second} together would carry {load} and {other} at its place, {used:.0f} "
+    "and {also:.0f} % of their load charts, with their hooks {apart:.1f} m apart: ")
+TANDEM = Row("tandem", _MINOR, _TANDEM + "such a lift has a plan of its own")
+TANDEM_TOO_HEAVY = Row("tandem", _MINOR, _TANDEM + "more than the {most:g} % that a lift with two cranes uses at most")
 FLIP_LEANS = Row("two_hooks", _MINOR,
     "is turned over between two hooks whose ropes lean by up to {lean:.1f} degrees: ask the crane's maker whether both "
     "hooks may carry one load so, or hold it on a longer beam")
