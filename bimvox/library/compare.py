@@ -25,7 +25,7 @@ from bimvox.records.lift import LOAD_IS_HELD
 from bimvox.records.motion import CarriedOut, LiftMotion, Trajectory
 from bimvox.records.proof import Check
 from bimvox.site.assign import assigned, named_cranes
-from bimvox.site.build import left_out
+from bimvox.site.build import flipped, left_out
 from bimvox.site.component import Component, OrderHints
 from bimvox.site.config.gear_file import gear_by_crane
 from bimvox.site.config.site_config import SiteConfig
@@ -268,6 +268,8 @@ def compare_parts(check: Check, site: Site, config: SiteConfig, building: Buildi
         same(check, f"{part.label}: means_reason", part.means_reason, means[part.id].why, source)
         wanted = stored_as(element, entries.get(part.id), site.frame)
         same_fields(check, f"{part.label}: ", part, wanted, source)
+        over = flipped(config, part, entries.get(part.id), site.frame.voxel_size_m) if site.cranes else part
+        same(check, f"{part.label}: flip_rise_vox", part.flip_rise_vox, over.flip_rise_vox, source)
         _compare_hints(check, part, hints[part.id], config, source)
         same(check, f"{part.label}: hints.rank", part.hints.rank, hints[part.id].rank, source)
     for part, spans in zip(site.components, Ground.of(site).spanning(), strict=True):

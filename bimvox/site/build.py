@@ -195,7 +195,7 @@ def _sorted_out(config: SiteConfig, model: PlacedModel) -> tuple[list[Component]
             check_component(config, element, cells, frame, model.shape)
             entry, number = entries.get(element.id), len(components)
             part = component_of(number, element, cells, entry, frame, hints[element.id], means[element.id])
-            components.append(_flipped(config, part, entry, frame.voxel_size_m))
+            components.append(flipped(config, part, entry, frame.voxel_size_m))
         elif element.role in BUILT:
             if len(cells):
                 structure.append(
@@ -208,20 +208,23 @@ def _sorted_out(config: SiteConfig, model: PlacedModel) -> tuple[list[Component]
     return components, structure, notes
 
 
-def _flipped(config: SiteConfig, part: Component, entry: ComponentConfig | None, voxel_size_m: float) -> Component:
-    """Return a part with how far it is lifted before it is turned over between two hooks, if the site file asks."""
+def flipped(config: SiteConfig, part: Component, entry: ComponentConfig | None, voxel_size_m: float) -> Component:
+    """Return a part with how far it is lifted before it is turned over between two hooks, if the site file asks.
+
+    Raises:
+        ConfigError: If it would lie so that it cannot be turned over.
+    """
     rules = config.rules_in_force.two_hooks
     asked = (entry.flip if entry is not None else None) or config.rules.flip
     if rules is None or asked != "two_hooks" or not part.erected:
-        return part
-    if part.stored_pose is not None and part.stored_turn is None:  # turned, a panel would lie on its edge
-        part = replace(part, stored_turn=0)
+        return replace(part, flip_rise_vox=0) if part.flip_rise_vox else part
     rise_vox = rise_to_flip_vox(part, rules, voxel_size_m)
     if not rise_vox:
         raise config.error(
             "component.pose",
             f"{part.label} cannot be turned over between two hooks as it lies: it is not higher than it is thick",
-            hint='leave pose and turn out, so that it comes lying flat, or give it flip = "foot"',
+            hint='with flip = "two_hooks" and without pose it comes lying flat; with a pose, give the turn in which it '
+            'lies flat; flip = "foot" upends it about its foot',
         )
     return replace(part, flip_rise_vox=rise_vox)
 

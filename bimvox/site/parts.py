@@ -242,7 +242,8 @@ def stored_as(element: Element, entry: ComponentConfig | None, frame: GridFrame)
     if entry is None:
         return _StoredAs(None, None, None, (), (), is_erected(element))
     if entry.flip == "two_hooks" and entry.pose is None and not is_erected(element):
-        entry = entry.model_copy(update={"pose": _flat(element)})
+        # Turned by a quarter in this pose, it would lie on its edge.
+        entry = entry.model_copy(update={"pose": _flat(element), "turn": entry.turn or 0})
     start_vox: IntVec | None = None
     if entry.start is not None:
         x, y, z = (int(n) for n in frame.cell_of((*entry.start, 0.0)[:3]))

@@ -247,3 +247,16 @@ def test_a_structure_without_a_surface_is_no_reason_to_stop(chosen: bimvox.Loade
     bare = Blocker("shed", "structure", np.array([[0, 0, 1]], np.int32))
     told = compared(chosen, lambda site: with_labels(site, blockers=(*site.blockers, bare)))
     assert told == []
+
+
+def test_that_a_part_is_turned_over_between_two_hooks_is_the_files(tmp_path: Path):
+    part = bimvox.load_site(written(tmp_path, "")).components[0]
+    loaded = bimvox.load_site(written(tmp_path, f'[[component]]\nglobal_id = "{part.global_id}"\nflip = "two_hooks"'))
+    assert compared(loaded) == []
+    (told,) = compared(loaded, with_part(flip_rise_vox=0))
+    assert re.search(r"flip_rise_vox is 0 in the log, \d+ in the attached", told)
+    assert any("two_hooks" in one for one in compared(loaded, lambda site: with_rules(site, two_hooks=None)))
+
+
+def with_rules(site: Site, **changes: object) -> Site:
+    return dataclasses.replace(site, rules=dataclasses.replace(site.rules, **changes))

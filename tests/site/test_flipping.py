@@ -71,7 +71,7 @@ def test_the_rule_holds_for_what_comes_lying_and_a_part_may_differ():
     assert site.rules.two_hooks == FlipRules(clear_m=1.0, most_share=0.6)
     foot = built(config(ComponentConfig(global_id="column", flip="foot"), flip="two_hooks"))
     assert [part.flip_rise_vox for part in foot.components] == [0, 0]
-    pose = built(config(ComponentConfig(global_id="wall", pose=StoredPose.LYING_Y), flip="two_hooks"))
+    pose = built(config(ComponentConfig(global_id="wall", pose=StoredPose.LYING_Y, turn=0), flip="two_hooks"))
     assert pose.components[0].flip_rise_vox == 3
 
 
