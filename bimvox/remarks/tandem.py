@@ -15,7 +15,7 @@ from bimvox.remarks.subject import Subject, tonnes
 def tandem_lifts(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every part that two cranes of the site reach together and none carries."""
     site = subject.site
-    if not site.has_several_cranes:
+    if not site.has_several_cranes or site.moving is not None:  # of one crane that moves, one set-up exists at a time
         return
     for lift in subject.plan.lifts:
         part = site.components[lift.component]
