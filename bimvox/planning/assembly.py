@@ -19,6 +19,7 @@ from bimvox.planning.insertion import (
     find_wider,
 )
 from bimvox.planning.occupancy import Occupancy, stored_cells, target_cells
+from bimvox.planning.order.set_up_choice import stands_in_the_way
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.stage import Obstacle, Stage, carried_where, refused_by_crane, share_for, with_cleared
 from bimvox.records.lift import Lift, LiftPlan, Status, YardPlace
@@ -91,7 +92,7 @@ class Assembly:
         """
         component, place = self._site.components[index], self._preparation.places[index]
         self.skip(index)
-        obstacle = self.unsupported(index)
+        obstacle = self.unsupported(index) or self._in_the_way_of_the_crane(component)
         if obstacle is not None or place is None:
             return obstacle or self._no_place(component)
         if avoided is not None:
@@ -136,6 +137,16 @@ class Assembly:
             reason = "nothing below supports it, and no part that it touches is in place"
             return Obstacle(reason, names, is_unsupported=True)
         return None
+
+    def _in_the_way_of_the_crane(self, component: Component) -> Obstacle | None:
+        """Return why a crane that moves cannot stand in the set-up of a part now; None if it can."""
+        moving = self._site.moving
+        if moving is None:
+            return None
+        stands = stands_in_the_way(self._site, component.crane)
+        names = tuple(part.id for part in self._site.components if stands[part.index] and part.index in self._in_place)
+        reason = f"the crane cannot stand in its set-up {moving.names[component.crane]!r} any more: something is there"
+        return Obstacle(reason, names) if names else None
 
     def skip(self, index: int) -> None:
         """Take component ``index`` out of the yard without preparing a stage; a crane that moves goes to its set-up."""

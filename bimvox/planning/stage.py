@@ -216,7 +216,10 @@ def refused_by_crane(site: Site, component: Component) -> str | None:
         return _by_access(site, crane, component)
     if len(site.cranes) == 1:
         return reasons[crane.name]
-    could = f"could lift it, but the part is assigned to another {'crane' if site.moving is None else 'set-up'}"
+    if site.moving is not None:
+        able = [f"{one.name} could lift it" for one in site.cranes if reasons[one.name] is None]
+        return "; ".join([str(reasons[crane.name]), *(able or ["no other set-up carries it to its place"])])
+    could = "could lift it, but the part is assigned to another crane"
     return "; ".join(f"{name}: {reason or could}" for name, reason in reasons.items())
 
 

@@ -22,6 +22,7 @@ from bimvox.site.checks import (
     check_cranes,
     check_mast,
     check_samples,
+    check_stands,
     check_yard,
     ground_of,
 )
@@ -121,6 +122,8 @@ def build_site(
     masts = _masts(config, cranes, model, components, rasterise)
     check_access(config)
     check_yard(config, yard, [one for one in components if one.means is Means.CRANE], tops, shape)
+    if config.moves:
+        check_stands(config, cranes, structure)
     blockers = (_ground(tops, shape), *structure, *masts)
     lifted = _on_their_slings(config, model, components, cranes, yard)
     prohibited, no_load = (columns_without(kinds, config.zone, frame, columns) for kinds in (NO_HOOK, NO_LOAD))

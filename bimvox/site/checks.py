@@ -19,6 +19,7 @@ from bimvox.site.areas import columns_centred_in
 from bimvox.site.collision import HOOK_FORBIDDEN, hook_room
 from bimvox.site.component import Component, IntVec, StoredPose, stored_shape
 from bimvox.site.config.site_config import AreasConfig, SiteConfig
+from bimvox.site.crane_distances import is_in, stand_of
 from bimvox.site.lifting import shares_to_try
 from bimvox.site.means import Means
 from bimvox.site.site import Blocker, Site
@@ -51,6 +52,23 @@ def check_mast(config: SiteConfig, key: str, mast: Blocker, components: Sequence
     for component in components:
         if there[tuple((component.shape.cells + np.array(component.target_vox)).T)].any():
             raise config.error(key, f"the mast is at the place of component {component.label}")
+
+
+def check_stands(config: SiteConfig, cranes: Sequence[TowerCrane], structure: Sequence[Blocker]) -> None:
+    """Raise an error for a set-up of a crane that moves in what exists already.
+
+    Raises:
+        ConfigError: Names the set-up.
+    """
+    for number, crane in enumerate(cranes):
+        for solid in stand_of(crane):
+            for one in structure:
+                if solid.name != "tail" and one.mesh is not None and is_in(solid, one.mesh):
+                    raise config.error(
+                        config.crane_key(number),
+                        f"the {solid.name} would stand in {one.name or one.id}, which exists already",
+                        hint="move the set-up; if it stands on it, give base_m a third value: the height of its foot",
+                    )
 
 
 def check_samples(config: SiteConfig, components: Sequence[Component]) -> None:

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely import affinity
 
 from bimvox.bim.building import TriangleMesh
 from bimvox.crane.outline import outline_of, tail_low_m
@@ -304,3 +305,40 @@ def to_areas(crane: TowerCrane, areas: dict[str, shapely.Geometry]) -> list[Dist
                 distance_m = max(distance_m, 0.0)
             found.append(Distance(piece.name, kind, "", distance_m, _ends(line, piece.radius_m)))
     return found
+
+
+class Solid(NamedTuple):
+    """A solid of a mobile crane in its set-up: an area on plan between two heights."""
+
+    name: str
+    plan: shapely.Geometry
+    low_m: float
+    high_m: float
+
+
+_TOUCHES_M = 0.01
+"""The crane stands on what reaches no higher above its foot."""
+
+
+def stand_of(crane: TowerCrane) -> tuple[Solid, ...]:
+    """Return where a mobile crane stands: the square up to the pivot, what lies between the outriggers, the tail."""
+    x, y, foot_m = crane.base_m
+    outline, half_m = outline_of(crane), crane.mast_size_m / 2.0
+    top_m = foot_m + STANDING_M if crane.luffing is None else crane.luffing.pivot_height_m
+    solids = [Solid("carrier", shapely.box(x - half_m, y - half_m, x + half_m, y + half_m), foot_m, top_m)]
+    if crane.carrier is not None and (base := crane.carrier.outriggers) is not None:
+        plan = shapely.box(x - base.rear_m, y - base.right_m, x + base.front_m, y + base.left_m)
+        turned = affinity.rotate(plan, crane.carrier.heading_rad, origin=(x, y), use_radians=True)
+        solids.append(Solid("outriggers", turned, foot_m, foot_m + STANDING_M))
+    swept = shapely.Point(x, y).buffer(outline.tail_m)
+    return (*solids, Solid("tail", swept, tail_low_m(crane), outline.tail_height_m[1]))
+
+
+def is_in(solid: Solid, mesh: TriangleMesh, more_m: float = 0.0) -> bool:
+    """Return whether a surface reaches into a solid, made wider on plan."""
+    plan = solid.plan.buffer(more_m) if more_m else solid.plan
+    (low, high), (x0, y0, x1, y1) = mesh.bounds_m, plan.bounds
+    if (low > [x1, y1, solid.high_m]).any() or (high < [x0, y0, solid.low_m]).any():
+        return False
+    shapes = _clipped(mesh.triangles_m, solid.low_m + _TOUCHES_M, solid.high_m)
+    return len(shapes) > 0 and bool(shapely.intersects(plan, shapes).any())

@@ -9,7 +9,7 @@ import pytest
 from bimvox_pipeline.optimise import optimise
 from bimvox_pipeline.studio.opened import open_site
 from bimvox_pipeline.verify import verify
-from moving_sites import planned_row, row, row_file
+from moving_sites import box, planned_row, row, row_file
 
 import bimvox
 from bimvox.errors import InputError
@@ -112,9 +112,7 @@ def test_a_set_up_that_serves_nothing_is_a_remark_and_takes_no_time(tmp_path: Pa
 
 def test_a_place_on_the_building_is_a_serious_remark_with_its_load(tmp_path: Path) -> None:
     file = row_file(tmp_path)
-    slab = "o slab\n" + "".join(f"v {x} {y} {z}\n" for z in (-0.3, 0.0) for y in (-10, -1.5) for x in (28, 40))
-    faces = ((1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6))
-    slab += "".join("f " + " ".join(str(48 + corner) for corner in face) + "\n" for face in faces)
+    slab = box("slab", (28, -10, -0.3), (40, -1.5, 0), 48)
     (tmp_path / "row.obj").write_text((tmp_path / "row.obj").read_text() + slab)
     kinds = '{ select = "slab", kind = "concrete", means = "in_situ" }'
     file.write_text(file.read_text().replace('kind = "precast" }]', f'kind = "precast" }}, {kinds}]'))

@@ -19,14 +19,19 @@ _CRANE = 'machine = "mobile-60t"\nheading_deg = 0\n'
 
 def panels_at(*lefts_m: float) -> str:
     """Return the OBJ file of panels of 3.0 x 0.25 x 2.0 m in a row along x."""
-    lines: list[str] = []
-    for n, left_m in enumerate(lefts_m):
-        low, high = (left_m + 0.02, 0.0, 0.0), (left_m + 2.98, 0.25, 2.0)
-        lines.append(f"o panel-{n + 1}")
-        corners = [(x, y, z) for z in (low[2], high[2]) for y in (low[1], high[1]) for x in (low[0], high[0])]
-        lines += [f"v {x} {y} {z}" for x, y, z in corners]
-        for face in ((1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)):
-            lines.append("f " + " ".join(str(8 * n + corner) for corner in face))
+    panels = (
+        box(f"panel-{n + 1}", (left_m + 0.02, 0.0, 0.0), (left_m + 2.98, 0.25, 2.0), 8 * n)
+        for n, left_m in enumerate(lefts_m)
+    )
+    return "".join(panels)
+
+
+def box(name: str, low: Sequence[float], high: Sequence[float], corners: int) -> str:
+    """Return a box as lines of an OBJ file that has so many corners before it."""
+    lines = [f"o {name}"]
+    lines += [f"v {x} {y} {z}" for z in (low[2], high[2]) for y in (low[1], high[1]) for x in (low[0], high[0])]
+    for face in ((1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)):
+        lines.append("f " + " ".join(str(corners + corner) for corner in face))
     return "\n".join([*lines, ""])
 
 

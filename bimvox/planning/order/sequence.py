@@ -18,6 +18,7 @@ from bimvox.bim.building import TriangleMesh
 from bimvox.kept import kept
 from bimvox.planning.contact.pairs import Contacts
 from bimvox.planning.order.relations import OrderGraph, Precedence, order_graph
+from bimvox.planning.order.set_up_choice import times_of_set_ups
 from bimvox.site.component import Component
 from bimvox.site.site import Site
 from bimvox.site.work import Work, kind_of
@@ -157,7 +158,10 @@ Stage = tuple[int, int, int, int, int, int]
 
 
 def stages(
-    components: Sequence[Component], graph: OrderGraph, supports: Sequence[Sequence[int]], *, by_set_up: bool = False
+    components: Sequence[Component],
+    graph: OrderGraph,
+    supports: Sequence[Sequence[int]],
+    set_ups: Sequence[int] | None = None,
 ) -> tuple[tuple[Stage, ...], tuple[str, ...]]:
     """Return the stage of every component, and notes on the preferences that were not kept.
 
@@ -165,9 +169,9 @@ def stages(
         components: The components.
         graph: Which must come before which.
         supports: Per component, those that it rests on.
-        by_set_up: Whether the cranes of the components are the set-ups of one that moves.
+        set_ups: Per component, in which set-up of a crane that moves it is set; None if no crane moves.
     """
-    preferred = _preferred(components, supports, by_set_up=by_set_up)
+    preferred = _preferred(components, supports, set_ups or [0] * len(components))
     kept = list(preferred)
     cause = list(range(len(components)))
     for i in reversed(graph.topological()):
@@ -177,7 +181,9 @@ def stages(
     return tuple(kept), _notes(components, preferred, kept, cause)
 
 
-def _preferred(components: Sequence[Component], supports: Sequence[Sequence[int]], *, by_set_up: bool) -> list[Stage]:
+def _preferred(
+    components: Sequence[Component], supports: Sequence[Sequence[int]], set_ups: Sequence[int]
+) -> list[Stage]:
     zones = 1 + max((c.hints.zone for c in components if c.hints.zone is not None), default=-1)
     tasks = 1 + max((c.hints.task_rank for c in components if c.hints.task_rank is not None), default=-1)
     levels = [0] * len(components)
@@ -186,14 +192,14 @@ def _preferred(components: Sequence[Component], supports: Sequence[Sequence[int]
     by_class = any(_uprights_of(components))
     return [
         (
-            c.crane if by_set_up else 0,
+            set_up,
             0 if c.hints.first else 1,
             zones if c.hints.zone is None else c.hints.zone,
             tasks if c.hints.task_rank is None else c.hints.task_rank,
             level,
             (c.hints.rank if by_class and c.hints.rank is not None else c.hints.storey_rank) or 0,
         )
-        for c, level in zip(components, levels, strict=True)
+        for c, level, set_up in zip(components, levels, set_ups, strict=True)
     ]
 
 
@@ -206,9 +212,7 @@ def _notes(
             continue
         kind = _KINDS[next(n for n in range(len(own_stage)) if stage[n] != own_stage[n])]
         own, other = components[i], components[cause[i]]
-        if kind == "set-up":
-            where = "is set before the crane comes to its set-up for good"
-        elif kind == "zone":
+        if kind == "zone":
             where = f"is set with {other.hints.zone_name}, not with {own.hints.zone_name or 'parts outside all zones'}"
         elif kind == "task":
             task = f"task {own.hints.task!r}" if own.hints.task is not None else "no task"
@@ -222,7 +226,7 @@ def _notes(
             continue
         found[kind].append(f"{own.label} {where}: {other.label} needs it")
     notes = []
-    for kind in (one for one in _KINDS if one != "first"):
+    for kind in _KINDS[2:]:
         notes += found[kind][:_NAMED]
         if len(found[kind]) > _NAMED:
             notes.append(
@@ -269,7 +273,10 @@ class Sequencer:
         self._site, self._relations = site, relations
         self._graph = order_graph(site, relations, contacts)
         own, self._stage_notes = stages(
-            site.components, self._graph, relations.supports, by_set_up=site.moving is not None
+            site.components,
+            self._graph,
+            relations.supports,
+            None if site.moving is None else times_of_set_ups(site, self._graph),
         )
         number = {stage: n for n, stage in enumerate(sorted(set(own)))}
         self._stages = np.array([number[stage] for stage in own], np.int64)

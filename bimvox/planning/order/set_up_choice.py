@@ -15,13 +15,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.crane.outline import outline_of, tail_low_m
-from bimvox.crane.tower_crane import TowerCrane
+from bimvox.kept import kept
 from bimvox.planning.order.relations import OrderGraph
 from bimvox.site.assign import reached_from
-from bimvox.site.crane_distances import STANDING_M
+from bimvox.site.crane_distances import is_in, stand_of
 from bimvox.site.means import Means
-from bimvox.site.site import CRANE_ID, Site, is_mast_of
+from bimvox.site.site import Site
 
 _Flags = NDArray[np.bool_]
 
@@ -51,40 +50,28 @@ def set_ups_of(site: Site, graph: OrderGraph, free: Collection[str]) -> list[int
     return best.set_ups
 
 
+def times_of_set_ups(site: Site, graph: OrderGraph) -> list[int]:
+    """Return in which set-up each part is set, by component; the number of set-ups: after the crane has left them all.
+
+    A part that would stand where the crane stands is set after that set-up. Nothing is set before what it needs.
+    """
+    used = sorted({part.crane for part in site.components if part.means is Means.CRANE})
+    stands = np.stack([stands_in_the_way(site, number) for number in used], axis=1)
+    after = np.where(stands, np.array(used) + 1, 0).max(axis=1)
+    times = [max(part.crane, int(least)) for part, least in zip(site.components, after, strict=True)]
+    for i in graph.topological():
+        times[i] = max([times[i], *(times[j] for j in graph.earlier[i])])
+    return times
+
+
+@kept
 def stands_in_the_way(site: Site, number: int) -> _Flags:
     """Return (N,) whether a part at its place would be where the crane stands in a set-up, or its tail turns."""
-    taken = np.zeros(site.shape, np.bool_)
-    for blocker in site.blockers:
-        if blocker.kind == CRANE_ID and is_mast_of(site.cranes[number], blocker.id):
-            taken[tuple(blocker.cells.T)] = True
-    _take_tail(site, site.cranes[number], taken)
-    _take_outriggers(site, site.cranes[number], taken)
-    return np.array([taken[tuple((c.shape.cells + np.array(c.target_vox)).T)].any() for c in site.components], np.bool_)
-
-
-def _take_tail(site: Site, crane: TowerCrane, taken: _Flags) -> None:
-    """Mark the cells that a counterweight sweeps in a whole turn."""
-    (x, y, z), size_m, outline = site.frame.origin_m, site.frame.voxel_size_m, outline_of(crane)
-    columns = (np.arange(n) for n in site.shape[:2])
-    apart = [low + size_m * (at + 0.5) - base for low, at, base in zip((x, y), columns, crane.base_m, strict=False)]
-    swept = np.hypot(apart[0][:, None], apart[1][None]) <= outline.tail_m
-    low, high = (tail_low_m(crane) - z) / size_m, (outline.tail_height_m[1] - z) / size_m
-    taken[swept, max(0, int(np.floor(low + 1e-6))) : max(0, int(np.ceil(high - 1e-6)))] = True
-
-
-def _take_outriggers(site: Site, crane: TowerCrane, taken: _Flags) -> None:
-    """Mark the cells between the outriggers of a carrier on its heading, as high as people beside them."""
-    if crane.carrier is None or (base := crane.carrier.outriggers) is None:
-        return
-    size_m, (x, y, z) = site.frame.voxel_size_m, site.frame.origin_m
-    x_m, y_m = (low + size_m * (np.arange(n) + 0.5) for low, n in zip((x, y), site.shape[:2], strict=True))
-    east, north = np.meshgrid(x_m - crane.base_m[0], y_m - crane.base_m[1], indexing="ij")
-    cos, sin, more_m = np.cos(crane.carrier.heading_rad), np.sin(crane.carrier.heading_rad), size_m / np.sqrt(2.0)
-    ahead, left = cos * east + sin * north, cos * north - sin * east
-    inside = (ahead > -base.rear_m - more_m) & (ahead < base.front_m + more_m)
-    inside &= (left > -base.right_m - more_m) & (left < base.left_m + more_m)
-    low, high = ((at_m - z) / size_m for at_m in (crane.base_m[2], crane.base_m[2] + STANDING_M))
-    taken[inside, max(0, round(low)) : max(0, int(np.ceil(high - 1e-6)))] = True
+    solids, more_m = stand_of(site.cranes[number]), site.rules.clearance_m
+    found = [any(is_in(solid, part.mesh, more_m) for solid in solids) for part in site.components]
+    result = np.array(found, np.bool_)
+    result.flags.writeable = False
+    return result
 
 
 class _Chosen(NamedTuple):
@@ -120,7 +107,8 @@ class _Choice:
         first, earliest, served = dict[int, int](), these[0], set[int]()
         for i in self._order:
             least = max((first[j] for j in self._graph.earlier[i]), default=earliest)
-            first[i] = next((k for k in may[i] if k >= least), least)
+            # What no set-up serves is set all the same: after those in which it would stand in the way.
+            first[i] = next((k for k in may[i] if k >= least), max(least, int(after[i]) + 1))
             if first[i] in may[i]:
                 served.add(i)
         last: dict[int, int] = {}
@@ -132,7 +120,7 @@ class _Choice:
         for i in self._order:
             least = max((found[j] for j in self._graph.earlier[i]), default=earliest)
             within = [k for k in may[i] if least <= k <= last[i]] if i in served else []
-            found[i] = min(within, key=lambda k: (self._away_m[i, k], k), default=least)
+            found[i] = min(within, key=lambda k: (self._away_m[i, k], k), default=max(least, int(after[i]) + 1))
         lifted = [i for i in served if self._is_lifted[i]]
         away_m = float(sum(self._away_m[i, found[i]] for i in lifted))
-        return _Chosen([found[i] for i in range(len(after))], len(lifted), away_m)
+        return _Chosen([min(found[i], these[-1]) for i in range(len(after))], len(lifted), away_m)

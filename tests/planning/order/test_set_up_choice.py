@@ -4,8 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from moving_sites import planned_row, row
+from moving_sites import box, planned_row, row, row_file
 
+import bimvox
+from bimvox.errors import ConfigError
 from bimvox.library.hand_over import may_go_to_others, preparation_of
 from bimvox.planning.order.relations import OrderGraph
 from bimvox.planning.order.set_up_choice import _Choice, stands_in_the_way
@@ -79,3 +81,22 @@ def test_the_site_file_may_name_the_set_up(tmp_path: Path) -> None:
 def test_a_part_below_the_carrier_is_in_its_way(tmp_path: Path, at_m: tuple[float, float], is_in_the_way: bool) -> None:
     site = row(tmp_path, places={"near": at_m, "east": (34.5, -5.5)}).site
     assert stands_in_the_way(site, 0)[0] == is_in_the_way
+
+
+def test_what_the_crane_does_not_lift_is_set_when_it_has_left(tmp_path: Path) -> None:
+    file = row_file(tmp_path, panels=(0.0, 3.0, 6.0, 30.0, 33.0, 36.0))
+    (tmp_path / "row.obj").write_text((tmp_path / "row.obj").read_text() + box("wall", (33, -6, 0), (36, -5, 1), 48))
+    kinds = '{ select = "wall", kind = "concrete", means = "in_situ" }'
+    file.write_text(file.read_text().replace('kind = "precast" }]', f'kind = "precast" }}, {kinds}]'))
+    made = bimvox.plan(bimvox.load_site(file), policy="none", jobs=1)
+    assert made.verdict is not None and made.verdict.verified
+    assert [made.site.components[lift.component].name for lift in made.record.plan.lifts][-1] == "wall"
+    assert sum(lift.status is Status.PLANNED for lift in made.record.plan.lifts) == 6
+
+
+def test_a_set_up_in_what_exists_is_refused_by_its_key(tmp_path: Path) -> None:
+    file = row_file(tmp_path, more='[[component]]\nglobal_id = "old"\npinned = true\n')
+    (tmp_path / "row.obj").write_text((tmp_path / "row.obj").read_text() + box("old", (33, -6, 0), (36, -5, 1), 48))
+    with pytest.raises(ConfigError, match="the carrier would stand in old") as error:
+        bimvox.load_site(file)
+    assert error.value.key == "crane.setup[1].base_m"
