@@ -11,6 +11,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.records.dates import Crew, PlanDates, casting_crew, crew_of, erection_crews, unloading_crew
+from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import Step, Steps, cured_ns
 from bimvox.records.track import LoadTrack
@@ -58,7 +59,7 @@ class LiftTask:
         component: Id of the part.
         global_id: Its GlobalId.
         name: Name of the task.
-        description: Mass, moves and how the path was found, in one line.
+        description: Mass, and how it comes, in one line.
         start_s: When it starts, elapsed seconds after the start of the first lift.
         finish_s: When it ends.
         crane: Its crane: index into ``LiftSchedule.cranes``; None for a step.
@@ -191,7 +192,7 @@ def schedule_of(
                 component.id,
                 component.global_id,
                 f"Lift {lift.number}: {component.name or component.id}",
-                f"{component.mass_kg:.0f} kg, {lift.moves} moves, path by {lift.found_by or '?'}",
+                f"{component.mass_kg:.0f} kg{_delivery(lift)}",
                 *_span_s(track, motions.get(lift.order), steps, dates),
                 _crane_of(site, component),
                 waits_for=tuple(sorted(carries.get(paused.get(lift.order, -1), ()))),
@@ -268,6 +269,10 @@ def duration_text(length: timedelta) -> str:
 def time_text(minutes: int) -> str:
     """Return a time of day as ISO 8601 has it; the midnight that ends a day is ``00:00:00`` too."""
     return f"{minutes // 60 % 24:02d}:{minutes % 60:02d}:00"
+
+
+def _delivery(lift: Lift) -> str:
+    return "" if lift.place is None else f", delivery {lift.place.delivery + 1}"
 
 
 def _step_task(site: Site, step: Step, dates: PlanDates | None) -> LiftTask:

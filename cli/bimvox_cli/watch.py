@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bimvox.records.proof import number_in_words
+from bimvox.rendering.words import hours
 from bimvox_cli import failure
 from bimvox_cli.fleet_options import Jobs
 from bimvox_cli.options import PolicyId, Programme, Seed, Steps, Train, command, to_file
@@ -177,15 +178,19 @@ def _traffic_line(change: Mapping[str, Any]) -> str:
     return "\n".join(
         (
             f"traffic: {change['traffic']}; {change['decider']}",
-            f"  {change['delivered']} of {change['lifts']} lifts delivered in {change['time_s']:,.0f} s, "
-            f"{change['time_lost_s']:,.0f} s lost; {change['moved']} at another place in the order than planned",
+            f"  {change['delivered']} of {change['lifts']} lifts delivered in {_hours(change['time_s'])}, "
+            f"{_hours(change['time_lost_s'])} lost; {change['moved']} at another place in the order than planned",
             f"  {change['stops']} stops with a load, {change['waits']} waits; others waited for "
-            f"{change['others_waited_s']:,.0f} s",
+            f"{_hours(change['others_waited_s'])}",
             f"  {change['violations']} times somebody under a suspended load ({near}); "
             + ("proven" if change["verified"] else f"not proven: {change['failures'][0]}"),
             f"  {change['log']}",
         )
     )
+
+
+def _hours(seconds: float) -> str:
+    return hours(round(1e9 * seconds))
 
 
 def _counts(change: Mapping[str, Any]) -> list[str]:

@@ -69,8 +69,8 @@ def test_the_lines_about_traffic_say_what_happened_and_whether_it_is_proven():
     }
     lines = line_of(change).splitlines()
     assert lines[0] == "traffic: random, medium, seed 7; a rule"
-    assert "5 of 6 lifts delivered in 5,854 s, 1,656 s lost; 2 at another place" in lines[1]
-    assert "7 stops with a load, 3 waits; others waited for 262 s" in lines[2]
+    assert "5 of 6 lifts delivered in 1 h 38 min, 28 min lost; 2 at another place" in lines[1]
+    assert "7 stops with a load, 3 waits; others waited for 4 min" in lines[2]
     assert "0 times somebody under a suspended load (nobody nearer than 0.33 m); proven" in lines[3]
     bad = change | {"verified": False, "failures": ["others: crew 1"], "least_distance_m": None}
     assert line_of(bad).splitlines()[3].endswith("(nobody near); not proven: others: crew 1")

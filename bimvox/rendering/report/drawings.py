@@ -31,7 +31,8 @@ def drawings(record: dict[str, Any]) -> str:
     rows = [row([escape(one["name"]), value(one, "distance_m", 2)]) for one in drawing["distances_m"]]
     north = drawing["north"]
     about = (
-        "Site coordinates in metres. The stated scale holds on paper printed at 100 %; the scale bar always holds. "
+        "Site coordinates in metres. Capacities at radii are gross: gear and hook block count as load. "
+        "The stated scale holds on paper printed at 100 %; the scale bar always holds. "
         "Building and structure are drawn by the convex hull of each part. "
         + ("The model does not state north." if north is None else f"The arrow is {north['kind']}.")
     )

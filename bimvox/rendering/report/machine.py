@@ -97,7 +97,7 @@ def _crane(
     drawn = _load_chart(crane, lifts, record["critical_share"], rules["highest_utilisation"])
     most = rules["highest_utilisation"]
     limit = "" if most == 1.0 else f"Dotted: {100.0 * most:g} %, the permitted share. "
-    lines = "Full line: capacity." if not sectors_of(crane) else "Full lines: capacity, all around and by sector."
+    lines = "Full line: gross capacity." if not sectors_of(crane) else "Full lines: gross, around and by sector."
     note = (
         f"{lines} Dashed: {percent(record['critical_share'], 0)} of it. {limit}A dot is a lift at its "
         "governing sample, a triangle a critical one. Between two radii the smaller capacity holds."

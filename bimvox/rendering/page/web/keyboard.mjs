@@ -9,7 +9,7 @@ const KEYS = [
   ["/", "search the lifts"],
   ["1 2 3 4", "view from above, from the front, overview, follow the load"],
   ["5", "from the crane: from the trolley down the hook, from the cab, and back"],
-  ["b", "radii of the cranes with their capacity"],
+  ["b", "radii of the cranes with their gross capacity"],
   ["f", "fit everything"],
   ["+ −", "zoom"],
   ["w a s d", "rotate the view"],

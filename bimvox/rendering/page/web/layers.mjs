@@ -4,7 +4,7 @@ import { byId, el, fill } from "./dom.mjs";
 
 const CHOICES = [
   ["crane", "Crane"],
-  ["rings", "Radii of the cranes with capacity"],
+  ["rings", "Radii of the cranes with gross capacity"],
   ["yard", "Parts in the yard"],
   ["coming", "Parts to come, as ghosts at their places"],
   ["props", "Props and shores"],
