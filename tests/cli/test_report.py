@@ -3,6 +3,7 @@ from __future__ import annotations
 import csv
 import json
 import stat
+import sys
 from pathlib import Path
 
 import pytest
@@ -43,6 +44,16 @@ def test_a_report_is_written_with_pictures_and_the_numbers_of_the_log(log, tmp_p
         assert rows[motion.order]["duration_s"] == motion.loaded.duration_s
     assert read.record["infeasible"] == [2]
     assert "silo" in read.text
+
+
+def test_without_matplotlib_the_rest_is_there_and_the_missing_plots_are_named(log, tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    out = tmp_path / "boxes.html"
+    assert run(["report", str(log), "-o", str(out), "--no-proof"]) == 0
+    assert 'pip install "bimvox[plots]"' in capsys.readouterr().err
+    assert ReadReport(out.read_bytes()).tags.count("img") == 2  # the building, the blockers of the roof
+    assert run(["report", str(log), "-o", str(out), "--no-proof", "--figures", str(tmp_path / "figures")]) == 2
+    assert 'pip install "bimvox[plots]"' in capsys.readouterr().err
 
 
 def test_a_failed_proof_is_reported_with_exit_code_1(log, tmp_path, capsys):
