@@ -19,6 +19,7 @@ from bimvox.planning.rollout import ROLLOUT_LIMIT
 from bimvox.planning.search import which_free
 from bimvox.planning.stage import Propose, Transit
 from bimvox.records.lift import Method
+from bimvox.site.collision import NOTHING_CLEARED
 from bimvox.site.component import IntVec
 
 T = TypeVar("T")
@@ -161,6 +162,12 @@ def _valid(found: ArrayLike, transit: Transit) -> NDArray[np.int32]:
             f"its path is not free at {tuple(path[first].tolist())}, move {first:,} of {moves:,} "
             f"({len(blocked):,} of its placements are not)"
         )
+    up = int(np.argmin([*(np.diff(path, axis=0) == (0, 0, 1)).all(axis=1), False]))
+    low, cleared = NOTHING_CLEARED
+    again = np.flatnonzero(~which_free(transit.space._replace(cleared_low=low, cleared=cleared), path[up + 1 :]))
+    if len(again):
+        where = tuple(path[up + 1 + int(again[0])].tolist())
+        raise NotUsedError(f"its path comes back to {where}, which is free only straight up from the start")
     return path
 
 

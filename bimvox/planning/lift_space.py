@@ -28,7 +28,8 @@ class LiftSpace:
     A *placement* is the cell of the load's reference cell, its lowest corner; the load does not turn relative to it.
     :attr:`free` is the engine's collision rule at the turn of this lift, for every placement: load and clearances, rope
     and hook, reach and capacity of the crane, zones. A path is a list of free placements; the last moves, from the goal
-    down into place, are the engine's.
+    down into place, are the engine's. Near the yard, placements straight above the start may be free only for a load
+    that rises from it: a path does not come back to them.
 
     Args:
         transit: The lift.

@@ -16,6 +16,7 @@ from bimvox.planning.rounds import OtherWays
 from bimvox.planning.search import shortest_path
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Method
+from bimvox.site.collision import placement_is_free
 from bimvox.site.site import Rules
 
 PORTAL = [
@@ -185,3 +186,16 @@ def test_the_engines_search_is_a_planner_too(site, transit):
     np.testing.assert_array_equal(
         found(transit), shortest_path(transit.space, transit.start_vox, transit.goal_vox).path_vox
     )
+
+
+def test_a_path_does_not_come_back_to_where_a_load_only_rises():
+    site = box_site(PORTAL, rules=Rules(rope=False, transit_clearance_m=1.0))
+    preparation = prepare(site)
+    lift = Assembly(site, preparation).begin(preparation.sequence.order[0]).transit
+    x, y, z = lift.start_vox
+    assert not placement_is_free(lift.space._replace(cleared=np.zeros((0, 0, 0), bool)), x, y, z)
+
+    shortest = shortest_path(lift.space, lift.start_vox, lift.goal_vox).path_vox.tolist()
+    np.testing.assert_array_equal(external(site, lambda *_: shortest)(lift), shortest)
+    with pytest.raises(NotUsedError, match=r"comes back to \(\d+, \d+, \d+\), which is free only straight up"):
+        external(site, lambda *_: [shortest[0], (x, y, z + 1), *shortest])(lift)

@@ -1,5 +1,6 @@
 import pytest
 from box_sites import box_site
+from moving_sites import row
 
 from bimvox.errors import InputError
 from bimvox.planning.given_order import prepare_in_order
@@ -94,3 +95,9 @@ def test_notes_and_parts_that_nothing_holds_yet_are_those_of_the_engine():
     engine, mine = prepare(site), prepare_in_order(site, ["left", "shelf"])
     assert mine.sequence == engine.sequence
     assert ids(site, prepare_in_order(site, ["shelf", "left"]).sequence.unheld) == ["shelf"]
+
+
+def test_a_crane_that_moves_takes_no_order(tmp_path):
+    site = row(tmp_path).site
+    with pytest.raises(InputError, match="order: the crane of this site moves"):
+        prepare_in_order(site, [part.id for part in site.components])
