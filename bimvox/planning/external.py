@@ -166,8 +166,8 @@ def _valid(found: ArrayLike, transit: Transit) -> NDArray[np.int32]:
     low, cleared = NOTHING_CLEARED
     again = np.flatnonzero(~which_free(transit.space._replace(cleared_low=low, cleared=cleared), path[up + 1 :]))
     if len(again):
-        where = tuple(path[up + 1 + int(again[0])].tolist())
-        raise NotUsedError(f"its path comes back to {where}, which is free only straight up from the start")
+        cell = tuple(path[up + 1 + int(again[0])].tolist())
+        raise NotUsedError(f"its path comes back to {cell}, which is free only straight up from the start")
     return path
 
 
