@@ -291,7 +291,7 @@ def figure_fields(figures: Document) -> list[tuple[str, object]]:
     days, cost = figures.get("hire_days"), cost_in_words(figures)
     return [
         ("paths found", found if figures["planned"] else None),
-        ("moves", None if ratio is None else f"{figures['moves']:,}, {ratio:.3f} times the fewest possible"),
+        ("path moves", None if ratio is None else f"{figures['moves']:,}, {ratio:.3f} times the fewest possible"),
         ("load moves", None if crane_h is None else f"{figures['loaded_hours']:,.1f} of {crane_h:,.1f} crane hours"),
         ("unloading", _unloading(figures)),
         ("cost", cost and f"{cost}; {figures['cost']['source']}"),

@@ -11,7 +11,7 @@ from typing import Any
 from bimvox.errors import BimvoxError, InputError
 from bimvox.files import sha256_of
 from bimvox.library.site import MACHINE, load_obstructions, rasterise, survey_in
-from bimvox.log.plan_log import PlanLog, attached_programme
+from bimvox.log.plan_log import PlanLog, attached_programme, log_times
 from bimvox.log.segments import first_plan_of
 from bimvox.motion.figures import plan_figures
 from bimvox.progress import SilentProgress
@@ -103,11 +103,13 @@ class PlanOnDisk:
         plan, motions = self.record.plan, self.record.motions
         figures = figures_document(plan_figures(plan, motions))
         wanted = ("crane_hours", "critical_lifts", "highest_utilisation")
+        times = None if self.record.remarks is None else log_times(self.record)  # of values that make sense
         refused = [plan.site.components[lift.component].id for lift in infeasible_among(plan.lifts)]
         return {
             "version": self.version,
             "revision": self.record.revision,
             "figures": {key: figures[key] for key in wanted},
+            "time": times.time if times else None,
             "planned": len(self.record.planned),
             "infeasible": refused,
         }

@@ -69,6 +69,8 @@ def test_a_site_with_its_unchanged_log_has_its_plan(page: Page) -> None:
     assert found["planned"] == 8
     assert found["infeasible"] == []
     assert found["figures"]["crane_hours"] > 0
+    assert found["time"]["crane_hours"] == pytest.approx(found["figures"]["crane_hours"])
+    assert found["time"]["span_in_words"].startswith("day 1 07:00 to day 1 ")
 
 
 def test_what_is_changed_on_the_screen_is_named_and_undone(page: Page) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import re
 from datetime import date
 from pathlib import Path
@@ -12,9 +13,12 @@ import seeded_faults as faults
 from log_building import tiny_log
 from opened_pages import revision_of
 
-from bimvox.log.plan_log import log_dates
+from bimvox.exporters.csv_json import json_bytes
+from bimvox.log.plan_log import log_dates, log_times
 from bimvox.records.dates import in_words
+from bimvox.rendering.page.document import document_of
 from bimvox.rendering.page.lifts import lift_record
+from bimvox.rendering.page.source import PageSource
 from bimvox.rendering.report.gantt import gantt_chart
 from bimvox.rendering.report.record import record_of
 from bimvox.rendering.report.sections import heading, not_lifted
@@ -53,6 +57,23 @@ def test_head_says_begin_end_working_days_and_crane_hours_with_unloading_apart()
     assert f"<dt>Time</dt><dd>{dates.time['span_in_words']}</dd>" in html
     assert re.sub("<[^>]*>", "", html).count(str(dates.time["hours_in_words"])) == 1
     assert dates.unloading.in_words in html
+
+
+def test_console_report_page_and_exports_have_the_same_numbers_from_one_function():
+    site_file = b"[calendar]\nstart = 2026-03-13\n"
+    log = dataclasses.replace(tiny_log(crane=True), attachments={"site.toml": site_file})
+    for one in (log, tiny_log(crane=True)):
+        times, dates = log_times(one), log_dates(one)
+        assert times is not None
+        revision = dataclasses.replace(revision_of(one), dates=dates)
+        assert record_of(revision)["totals"]["time"] == times.time
+        assert document_of(PageSource((revision,)))[0]["revisions"][0]["time"] == times.time
+        exported = json.loads(json_bytes(one, dates))
+        assert exported["time"] == times.time
+        timed = [lift for lift in exported["lifts"] if lift["start_s"] is not None]
+        shown = [lift for lift in record_of(revision)["lifts"] if lift["begins_s"] is not None]
+        assert [lift["begins_in_words"] for lift in timed] == [lift["begins_in_words"] for lift in shown]
+        assert [lift["begins_in_words"] for lift in timed] == [times.span_in_words(n["order"])[0] for n in timed]
 
 
 def test_without_a_start_the_same_is_told_by_numbered_working_days():

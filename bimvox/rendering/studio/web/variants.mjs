@@ -3,13 +3,13 @@ import { byId, el, fill } from "../page/dom.mjs";
 import { fixed, percent, whole } from "../page/words.mjs";
 
 /**
- * @typedef Variant {path, name, setup, answer: of `try`, figures: {hours, critical, highest, refused, page, isCurrent} of its plan or null}
+ * @typedef Variant {path, name, setup, answer: of `try`, figures: {time, hours, critical, highest, refused, page, isCurrent} of its plan or null}
  */
 
 /** The figures of a plan that the table has. */
-export function figuresOf({ figures, infeasible, page, is_current: isCurrent }) {
+export function figuresOf({ figures, time, infeasible, page, is_current: isCurrent }) {
   const { crane_hours: hours, critical_lifts: critical, highest_utilisation: highest } = figures;
-  return { hours, critical, highest, refused: infeasible.length, page, isCurrent };
+  return { time: time?.span_in_words ?? "–", hours, critical, highest, refused: infeasible.length, page, isCurrent };
 }
 
 /** The words of a figure, marked if the plan is of an earlier state; "not planned" without a plan. */
@@ -22,6 +22,7 @@ const ROWS = [
   ["Can be lifted", ({ answer }) => (answer ? `${whole(answer.served)} of ${whole(answer.of)}` : "…")],
   ["Highest utilisation", ({ answer }) => (answer ? percent(answer.highest) : "…")],
   ["Problems", ({ answer }) => (answer ? whole(answer.problems.length) : "…")],
+  ["Time", ({ figures }) => planned(figures, ({ time }) => time)],
   ["Crane hours", ({ figures }) => planned(figures, ({ hours }) => (hours === null ? "–" : fixed(hours, 1)))],
   ["Highest in the plan", ({ figures }) => planned(figures, ({ highest }) => percent(highest))],
   ["Critical lifts", ({ figures }) => planned(figures, ({ critical }) => whole(critical ?? 0))],
