@@ -22,7 +22,8 @@ pytestmark = pytest.mark.skipif(not BOOTSTRAP.exists(), reason="the environment 
 
 def printed(target: str, path: str, config: Path) -> str:
     """Return the commands of a target, which are not run."""
-    kept = {key: value for key, value in os.environ.items() if not key.startswith(("PIP_", "MAKE", "MFLAGS", "TORCH_"))}
+    set_by_others = ("PIP_", "MAKE", "MFLAGS", "TORCH_", "VENV", "PYTHON")
+    kept = {key: value for key, value in os.environ.items() if not key.startswith(set_by_others)}
     done = subprocess.run(
         ["make", "-n", "-W", "pyproject.toml", target],
         cwd=ROOT,
