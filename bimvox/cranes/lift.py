@@ -43,7 +43,6 @@ from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion, PhaseName, Trajectory
 from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace
 from bimvox.site.component import Component
-from bimvox.site.flip_box import is_flipped
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
 from bimvox.stop.brake_axes import braking_distances
@@ -277,10 +276,7 @@ def _raised(site: Site, rigged: TowerCrane, component: Component, lift: Lift) ->
     upright = _hanging(site, rigged, component)
     if lift.place is None:
         return upright
-    size_vox = lift.place.shape.size_vox
-    if is_flipped(component, lift.place.pose):
-        size_vox = lift.place.raising_size_vox(component)
-    stored_m = site.frame.voxel_size_m * float(np.hypot(*size_vox[:2]))
+    stored_m = site.frame.voxel_size_m * lift.place.reach_vox(component)
     return upright._replace(half_m=max(upright.half_m, stored_m))
 
 

@@ -206,7 +206,7 @@ def _way_of_motion(site: Site, lift: Lift, motion: LiftMotion) -> Way:
     boxes = np.repeat(upright[None], len(at_ns), axis=0)
     carried_ns = motion.start_ns + int(motion.loaded.time_ns[0])
     if lift.place is not None and (lift.place.turn or lift.place.pose is not StoredPose.AS_BUILT):
-        stored_m = site.frame.voxel_size_m * float(np.hypot(*lift.place.shape.size_vox[:2]))
+        stored_m = site.frame.voxel_size_m * lift.place.reach_vox(part)
         half_m = max(stored_m, float(np.hypot(*np.abs(upright).reshape(2, 2).max(axis=0))))
         boxes[at_ns < carried_ns] = (-half_m, -half_m, half_m, half_m)
     if lift.ever_with_jib:  # it may have any heading

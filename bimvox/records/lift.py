@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from itertools import pairwise
-from math import cos, sin
+from math import cos, hypot, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -232,6 +232,11 @@ class YardPlace:
         """Box, from ``cell_vox`` up, that the component sweeps until it is raised; turning follows."""
         x, y, z = raised_size_vox(component, self.pose, self.turn)
         return (x, y, z + self.rise_vox - 1)
+
+    def reach_vox(self, component: Component) -> float:
+        """Return how far on plan any of the component is from its hook until it is raised; turning follows."""
+        over = is_flipped(component, self.pose)
+        return hypot(*(self.raising_size_vox(component) if over else self.shape.size_vox)[:2])
 
     def turning_cells(self, component: Component) -> NDArray[np.int32]:
         """Return (N, 3) int32 cells that it sweeps while it is turned; none if it is not turned."""

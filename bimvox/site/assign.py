@@ -67,7 +67,9 @@ def assigned(
     if config.moves:  # which set-up fits the order is known later
         choice = np.argmin(np.where(can, reach_m, np.inf), axis=1)
         return [replace(component, crane=int(k)) for component, k in zip(components, choice, strict=True)]
-    crew_s = np.array([standing_s(rules, component, upended=component.erected) for component in components])
+    crew_s = np.array(
+        [standing_s(rules, one, upended=one.erected, flipped=one.flip_rise_vox > 0) for one in components]
+    )
     work_s = np.stack([rough_work_s(crane, reach_m[:, k], crew_s) for k, crane in enumerate(cranes)], axis=1)
     choice = balanced(can, reach_m, work_s)
     return [replace(component, crane=int(k)) for component, k in zip(components, choice, strict=True)]

@@ -18,6 +18,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from bimvox.site.default_rules import FlipRules
 from bimvox.site.work import Part, Work, work_of
 from bimvox.sparse import SPARSE
 
@@ -94,6 +95,9 @@ class _Rules(Protocol):
     @property
     def upend_s(self) -> float: ...
 
+    @property
+    def two_hooks(self) -> FlipRules | None: ...
+
 
 def crew_times(rules: _Rules, part: Part, *, tag_lines: bool = True) -> CrewTimes:
     """Return the crew's times for a part: those of its class, unless the rules give one value for all classes.
@@ -106,9 +110,16 @@ def crew_times(rules: _Rules, part: Part, *, tag_lines: bool = True) -> CrewTime
     return CrewTimes(own.sling_s, brace_s, release_s, own.tag_line_s if tag_lines else 0.0)
 
 
-def standing_s(rules: _Rules, part: Part, *, upended: bool) -> float:
+def standing_s(rules: _Rules, part: Part, *, upended: bool, flipped: bool = False) -> float:
     """Return how long the crane stands for a part, with the trial lift, and upending if it lies in the yard."""
-    return crew_times(rules, part).total_s + (rules.upend_s if upended else 0.0)
+    return crew_times(rules, part).total_s + upending_s(rules, upended=upended, flipped=flipped)
+
+
+def upending_s(rules: _Rules, *, upended: bool, flipped: bool) -> float:
+    """Return how long a part takes to upend about its foot, or to turn over between two hooks (``flipped``)."""
+    if flipped and rules.two_hooks is not None:
+        return rules.two_hooks.turn_s + rules.two_hooks.unhook_s
+    return rules.upend_s if upended else 0.0
 
 
 def times_of(times: TimesByWork, work: Work) -> CrewTimes:

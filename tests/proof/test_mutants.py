@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from box_sites import box_site, test_crane
+from flipping_sites import flipping_site
 from guided_sites import slab_between_beams
 from planned_sites import rectangle
 from turning_sites import BESIDE_THE_PORTAL, turning_site
@@ -459,6 +460,39 @@ MUTANTS: dict[str, Mutant] = {
         "yard_margin",
         {"bimvox.planning.assembly.upending": always(Apart(2, np.zeros((0, 3), np.int32)))},
     ),
+    "mass of the gear forgotten on both hooks": Mutant(
+        flipping_site, "flip", {"bimvox.planning.flip.hoisted_kg": returning(lambda own: own - 600.0)}
+    ),
+    "share of the auxiliary hook too small": Mutant(
+        flipping_site,
+        "flip",
+        {
+            "bimvox.planning.flip._turn_of": returning(
+                lambda own: replace(own, auxiliary_share=0.9 * own.auxiliary_share)
+            )
+        },
+    ),
+    "foot end held elsewhere": Mutant(
+        flipping_site,
+        "flip",
+        {"bimvox.planning.flip._turn_of": returning(lambda own: replace(own, auxiliary_m=own.auxiliary_m + 0.1))},
+    ),
+    "sinking foot forgotten": Mutant(
+        flipping_site, "flip", {"bimvox.planning.flip.least_clear_vox": returning(lambda own: own + 0.3)}
+    ),
+    "turned over in half the time": Mutant(
+        flipping_site,
+        "timeline",
+        {"bimvox.motion.time_lift.Move": returning(lambda own: replace(own, least_s=0.5 * own.least_s))},
+    ),
+    "auxiliary hook taken off in no time": Mutant(
+        flipping_site, "timeline", {"bimvox.motion.time_lift.raised_s": returning(lambda own: own - 90.0)}
+    ),
+    "upright where its foot lay": Mutant(
+        flipping_site,
+        "ends",
+        {"bimvox.records.lift.hook_at_vox": returning(lambda own: (own[0] - 6, own[1]))},
+    ),
     "clearance of last moves forgotten": Mutant(
         lowered_beside_something, "rest_margin", {"bimvox.planning.beside.Column.kept_vox": always(2)}
     ),
@@ -644,6 +678,7 @@ def digest(plan: LiftPlan, motions: tuple[LiftMotion, ...]) -> str:
         found.update(
             repr((lift.component, lift.status, lift.contact_moves, path, lift.place and lift.place.cell_vox)).encode()
         )
+        found.update(repr(lift.flip).encode())
     found.update(repr(plan.clashes).encode())
     for motion in motions:
         time_ns, axes = motion.samples()

@@ -35,7 +35,7 @@ from bimvox.crane.travel import Travel
 from bimvox.planning.stage import could_lift
 from bimvox.records.lift import YardPlace
 from bimvox.site.casting import curing_s, waits_for_joints, work_and_wait_s
-from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times, standing_s
+from bimvox.site.crew_times import TRIAL_LIFT_S, crew_times, standing_s, upending_s
 from bimvox.site.lifting import crane_for
 from bimvox.site.means import Means
 from bimvox.site.site import Site, floors_at_feet, parts_beside
@@ -182,7 +182,9 @@ class Shared:
         for targets, picks, travel in travel_axes:
             self._empty_s.append(whole_seconds(travel, targets, picks))
             self._loaded_s.append(travel.between_s(picks, targets))
-        self._crew_s = [standing_s(site.rules, one, upended=one.erected) for one in site.components]
+        self._crew_s = [
+            standing_s(site.rules, one, upended=one.erected, flipped=one.flip_rise_vox > 0) for one in site.components
+        ]
         self._worked_s = np.zeros(len(travel_axes))
         self._last: dict[int, int] = {}
         self._counted = 0
@@ -336,7 +338,7 @@ def order_times(
     carry_s = _OVER * np.maximum(spans_s[:, 2], spans_s[:, 1] + spans_s[:, 3])
     crew = [crew_times(rules, part) for part in parts]
     works = [work_and_wait_s(rules.casting, rules.building, part, part.mass_kg) for part in parts]
-    upend_s = np.where([part.erected for part in parts], rules.upend_s, 0.0)
+    upend_s = np.array([upending_s(rules, upended=one.erected, flipped=one.flip_rise_vox > 0) for one in parts])
     lead_s[lifted] = (upend_s + [one.hook_on_s + TRIAL_LIFT_S for one in crew])[lifted]
     hold_s = np.where(lifted, [curing_s(rules.curing, part) for part in parts], [wait_s for _, wait_s in works])
     # What carries at once holds nothing up.
