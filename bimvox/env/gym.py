@@ -54,7 +54,10 @@ def register() -> None:
         }
         for env_id, site in PAPER_ENV_IDS.items()
     }
-    how[LIFT_ENV_ID] = {"entry_point": "bimvox.env.lift_env:LiftEnv"}
+    how[LIFT_ENV_ID] = {
+        "entry_point": "bimvox.env.lift_env:LiftEnv",
+        "vector_entry_point": "bimvox.env.lift_vector_env:LiftVectorEnv",
+    }
     how[LIVE_ENV_ID] = {"entry_point": "bimvox.live.env:LiveSiteEnv"}
     for env_id, values in how.items():
         if env_id not in gymnasium.registry:
