@@ -47,10 +47,10 @@ Fresh = Annotated[
 ]
 
 
-def show_fleet(console: Console, document: Mapping[str, Any]) -> None:
-    """Print the results of many runs."""
+def show_fleet(console: Console, document: Mapping[str, Any], *, verbose: bool = False) -> None:
+    """Print the results of many runs; if verbose, also how paths were found."""
     runs = document["runs"]
-    table(console, _COLUMNS, runs)
+    table(console, _COLUMNS | (_HOW if verbose else {}), runs)
     failed = [run for run in runs if run["error"]]
     if failed:
         console.print()
@@ -93,10 +93,12 @@ _COLUMNS: dict[str, Column] = {
     "status": "status",
     "lifts": _figure(lambda run, _: run["lifts"]),
     "infeasible": _figure(lambda run, _: run["infeasible"]),
-    "by policy": _figure(lambda _, figures: f"{figures['shares']['policy']:.0%}"),
-    "moves/fewest": _figure(lambda _, figures: figures["moves_over_shortest"]),
-    "crane h": _figure(lambda _, figures: figures["crane_hours"]),
+    "crane hours": _figure(lambda _, figures: figures["crane_hours"]),
     "hook km": _figure(lambda _, figures: figures["hook_travel_m"] and figures["hook_travel_m"] / 1000.0),
     "critical": _figure(lambda _, figures: figures["critical_lifts"]),
     "remarks": _figure(lambda run, _: _remarks(run)),
+}
+_HOW: dict[str, Column] = {
+    "by policy": _figure(lambda _, figures: f"{figures['shares']['policy']:.0%}"),
+    "moves/fewest": _figure(lambda _, figures: figures["moves_over_shortest"]),
 }

@@ -148,7 +148,7 @@ _SET_UPS: dict[str, Column] = {
     "at": lambda one: ", ".join("({:g}, {:g})".format(*each["base_m"]) for each in (one, one["second"]) if each),
     "yard, truckload": _yard,
     "refused": "refused",
-    "crane h": "hours",
+    "crane hours": "hours",
     "moving h": "moving_hours",
     "hire days": "hire_days",
     "critical": "critical_lifts",

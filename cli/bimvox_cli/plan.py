@@ -112,7 +112,7 @@ def plan(
         wishes = [Wish(site, obstructions, seed, policy, steps, train) for site in sites]
         execution = Execution(backend, jobs, cluster, fresh)
         planned = fleet(wishes, out or Path(_FOLDER), execution=execution, progress=output.progress)
-        return output.result(planned, show_fleet)
+        return output.result(planned, partial(show_fleet, verbose=output.verbose))
     from bimvox_pipeline.named_code import named_code, named_order
     from bimvox_pipeline.plan import plan as run
     from bimvox_pipeline.warm_up import helped

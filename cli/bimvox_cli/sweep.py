@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -34,4 +35,5 @@ def sweep(
     from bimvox_pipeline.fleet.schedule import Execution
 
     execution = Execution(backend, jobs, cluster, fresh)
-    return output.result(run(file, out, execution=execution, progress=output.progress), show_fleet)
+    document = run(file, out, execution=execution, progress=output.progress)
+    return output.result(document, partial(show_fleet, verbose=output.verbose))
