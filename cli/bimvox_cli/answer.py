@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 _NEXT_LINES = 1
 """Of them, what is printed after the answer: the next command."""
 _WORST = 5
+_NAME_WIDTH = 12
 _PART_WIDTH = 18
 _LEFT_OUT = ("t", "wind m/s", "begins", "t capacity")
 """Columns of the worst lifts that a narrow terminal has no room for, the first first."""
@@ -107,14 +108,15 @@ def _below(console: Console, document: Document) -> None:
 
 
 def _figures(console: Console, document: Document) -> None:
-    ticks = document["not_covered"]
+    time = time_fields(document["time"])
+    if time and sum(len(words or "") for _, words in time) + _NAME_WIDTH <= console.width:
+        time = [("time", "; ".join(words or "" for _, words in time))]
     pairs: list[tuple[str, str | None]] = [
-        *time_fields(document["time"]),
+        *time,
         ("crane", _crane(document)),
         ("cost", cost_in_words(document["figures"])),
         ("props", props_in_words(document)),
         ("planner", planner_in_words(document)),
-        ("to tick", f"{len(ticks):,} lines that no plan covers, in bimvox report {document['log']}" if ticks else None),
     ]
     in_lines(console, pairs)
 
@@ -123,7 +125,9 @@ def _files(console: Console, document: Document) -> None:
     refused, notes = len(document["infeasible"]), len(document["notes"])
     more = (f", refused ({refused:,})" if refused else "") + (f", notes ({notes:,})" if notes else "")
     tables = f"--table lifts, parts, remarks, deliveries, steps, props, figures{more}; -v: how paths were found"
-    in_lines(console, [("log", document["log"]), ("tables", tables)])
+    ticks = len(document["not_covered"])
+    log = document["log"] + (f"; {counted(ticks, 'line')} to tick in bimvox report {document['log']}" if ticks else "")
+    in_lines(console, [("log", log), ("tables", tables)])
 
 
 def _crane(document: Document) -> str | None:
@@ -145,7 +149,6 @@ def _worst(console: Console, document: Document) -> None:
     lifts = [lift for lift in document["lifts"] if lift.get("load_kg") is not None]
     if not lifts:
         return
-    console.print()
     used = sorted(lifts, key=lambda lift: (-(lift["utilisation"] or 2.0), lift["number"]))[:_WORST]
     cranes, figures = bool(document["figures"].get("cranes")), document["figures"]
     columns = {name: of for name, of in LIFT.items() if name != "crane" or cranes}

@@ -196,8 +196,10 @@ def test_every_table_is_printed_whole_or_says_that_there_is_nothing(name: str) -
 
 def test_time_is_told_by_day_and_clock_and_hours_of_the_crane() -> None:
     lines = answer(document_of([lift(1)]))
-    assert "time     day 1 07:00 to day 3 14:10, 3 working days" in lines
-    assert "work     20.0 crane hours to lift and 2.5 to unload" in lines
+    assert "time   day 1 07:00 to day 3 14:10, 3 working days; 20.0 crane hours to lift and 2.5 to unload" in lines
+    narrow = answer(document_of([lift(1)]), 60)
+    assert "time   day 1 07:00 to day 3 14:10, 3 working days" in narrow
+    assert "work   20.0 crane hours to lift and 2.5 to unload" in narrow
     assert "elapsed" not in "\n".join(lines)
 
 
