@@ -21,6 +21,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import Move, Pause, Step, Steps, cured_ns
 from bimvox.site.casting import curing_s, waits_for_joints, work_and_wait_s
 from bimvox.site.component import Component
+from bimvox.site.crane_distances import is_in, stand_of
 from bimvox.site.means import Means
 from bimvox.site.site import Site, floors_at_feet
 from bimvox.units import NS_PER_S
@@ -65,7 +66,7 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
             if site.moving is not None and set_up not in (None, motion.crane):
                 moves.append(_move(site, lift.order, set_up, motion.crane, so_far.starting_ns(at_ns)))
                 wait_ns = max(wait_ns, moves[-1].ends_ns - moves[-1].begins_ns)
-            set_up = motion.crane
+            set_up = None if site.moving is None else motion.crane
             if wait_ns > 0:
                 pauses.append(Pause(lift.order, at_ns, wait_ns))
             last_ns = max(last_ns or 0, motion.released_ns)
@@ -77,10 +78,18 @@ def steps_of(site: Site, lifts: Sequence[Lift], motions: Iterable[LiftMotion]) -
             begins_ns = max(ready_ns, 0 if last_ns is None else so_far.ending_ns(last_ns))
             if means is not Means.CRANE:
                 begins_ns = max(begins_ns, free_ns[means])
+            if set_up is not None and last_ns is not None and _is_where_it_stands(site, set_up, component):
+                assert site.moving is not None
+                begins_ns = max(begins_ns, so_far.ending_ns(last_ns) + round(site.moving.derig_s * NS_PER_S))
             free_ns[means] = ends_ns = begins_ns + round(work_s * NS_PER_S)
             carries_ns[lift.component] = ends_ns + round(wait_s * NS_PER_S)
             steps.append(Step(lift.order, lift.component, begins_ns, ends_ns, carries_ns[lift.component]))
     return Steps(tuple(steps), tuple(pauses), tuple(moves))
+
+
+def _is_where_it_stands(site: Site, set_up: int, part: Component) -> bool:
+    """Return whether a part would be where the crane stands in a set-up: it is not set before the crane drives away."""
+    return any(is_in(solid, part.mesh) for solid in stand_of(site.cranes[set_up]))
 
 
 def _move(site: Site, order: int, come_from: int, goes_to: int, begins_ns: int) -> Move:

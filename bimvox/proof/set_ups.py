@@ -63,9 +63,10 @@ def verify_set_ups(
     stays = list(_stays(driven))
     if not context:
         _check_moves(check, plan, stays, steps)
-    for number, stay in enumerate(stays):
-        until = stay[-1].order if number + 1 == len(stays) else stays[number + 1][0].order - 1
-        _check_stand(check, plan, stay, until, context)
+    for stay, then in zip(stays, [*stays[1:], None], strict=True):
+        _check_stand(check, plan, stay, context)
+        if not context:
+            _check_left(check, plan, stay, None if then is None else then[0].order, steps)
     check.about = None
     return check
 
@@ -154,11 +155,9 @@ def _check_move(check: Check, plan: LiftPlan, move: Move, pauses: Sequence[Pause
     )
 
 
-def _check_stand(
-    check: Check, plan: LiftPlan, stay: Sequence[LiftMotion], until: int, context: Collection[Lift]
-) -> None:
-    """Check that nothing that is set up to a lift, by its order, or that existed before, is where the crane stands."""
-    site, number = plan.site, stay[0].crane
+def _check_stand(check: Check, plan: LiftPlan, stay: Sequence[LiftMotion], context: Collection[Lift]) -> None:
+    """Check that nothing that is set up to the last lift of a stay, or existed before, is where the crane stands."""
+    site, number, until = plan.site, stay[0].crane, stay[-1].order
     if not 0 <= number < len(site.cranes):
         return
     crane = site.cranes[number]
@@ -177,6 +176,26 @@ def _check_stand(
             name = blocker.name or blocker.id
             good = not meets_stand(crane, blocker.mesh)
             check.look(good, f"the crane stands in {name!r} in set-up {_name(plan, number)}")
+
+
+def _check_left(check: Check, plan: LiftPlan, stay: Sequence[LiftMotion], until: int | None, steps: Steps) -> None:
+    """Check that work where the crane stood begins when it has been derigged; ``until``: the order of the next stay."""
+    site, last = plan.site, stay[-1]
+    if site.moving is None or not 0 <= last.crane < len(site.cranes):
+        return
+    free_ns = elapsed_ns(steps.pauses, last.end_ns) + round(site.moving.derig_s * 1e9)
+    for step in steps.steps:
+        part = site.components[step.component]
+        if step.order <= last.order or (until is not None and step.order >= until):
+            continue
+        if meets_stand(site.cranes[last.crane], part.mesh):
+            check.about = part.id
+            check.look(
+                step.begins_ns >= free_ns - _ROUNDING_NS,
+                f"lift {step.order + 1} ({part.label}): its work begins at {step.begins_ns / 1e9:.3f} s of elapsed "
+                f"time, where the crane stands in set-up {_name(plan, last.crane)} until {free_ns / 1e9:.3f} s",
+            )
+    check.about = None
 
 
 def meets_stand(crane: TowerCrane, mesh: TriangleMesh) -> bool:

@@ -265,7 +265,7 @@ class MovingConfig(Table):
     """Time from the arrival to the first lift: mats, outriggers, counterweight, boom, check. Default: by class."""
 
 
-MOST_SET_UPS = 10
+MOST_SET_UPS = 9
 """The most set-ups of a crane: the choice of those that are needed looks at every set of them."""
 
 

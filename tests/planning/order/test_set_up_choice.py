@@ -1,5 +1,6 @@
 """In which set-up each part is lifted: as few as serve all, in the order of the site file."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from bimvox.errors import ConfigError
 from bimvox.library.hand_over import may_go_to_others, preparation_of
 from bimvox.planning.order.relations import OrderGraph
 from bimvox.planning.order.set_up_choice import _Choice, stands_in_the_way
+from bimvox.proof.set_ups import verify_set_ups
 from bimvox.records.lift import Status
 
 
@@ -92,6 +94,15 @@ def test_what_the_crane_does_not_lift_is_set_when_it_has_left(tmp_path: Path) ->
     assert made.verdict is not None and made.verdict.verified
     assert [made.site.components[lift.component].name for lift in made.record.plan.lifts][-1] == "wall"
     assert sum(lift.status is Status.PLANNED for lift in made.record.plan.lifts) == 6
+    steps, moving = made.record.steps, made.site.moving
+    assert moving is not None
+    (cast,) = steps.steps
+    left_ns = steps.ending_ns(made.motions[-1].end_ns) + round(moving.derig_s * 1e9)
+    assert cast.begins_ns == left_ns
+    early = replace(steps, steps=(replace(cast, begins_ns=left_ns - 60_000_000_000),))
+    assert verify_set_ups(made.record.plan, made.motions, steps).passed
+    (failure,) = verify_set_ups(made.record.plan, made.motions, early).failures
+    assert "where the crane stands in set-up 'east' until" in failure
 
 
 def test_a_set_up_in_what_exists_is_refused_by_its_key(tmp_path: Path) -> None:
