@@ -153,7 +153,7 @@ def preparation_of(
     """
     store = Store() if store is None else store
     if site.moving is not None:
-        return prepare_set_ups(site, free, _with_cranes, progress)
+        return prepare_set_ups(site, free, _with_cranes, progress, workers, store)
     preparation = prepare(site, progress, workers, store)
     if not site.has_several_cranes:
         return site, preparation

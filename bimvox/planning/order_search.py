@@ -93,27 +93,50 @@ def plan_without_obstructions(
     return plan_lifts(site, preparation, propose=proposer(GREEDY), workers=workers, store=store)
 
 
+_SET_UP_ROUNDS = 5
+"""How often the set-ups are chosen anew without those in which lifts were refused; two or three rounds are usual."""
+
+
 def prepare_set_ups(
     site: Site,
     free: Collection[str],
     with_cranes: Callable[[Site, dict[int, int]], Site],
     progress: Report | None = None,
+    workers: Workers = ALONE,
+    store: Store | None = None,
 ) -> tuple[Site, Preparation]:
     """Return the site of a crane that moves with the set-up of each part, and what is prepared for it.
+
+    The choice knows radii. What else is in the way in a set-up, only a plan tells: a part that it refuses is given to
+    another set-up, as long as more lifts are planned.
 
     Args:
         site: The site.
         free: Ids of the components whose set-up is to be chosen.
         with_cranes: Returns a site with another crane for some components, by their index.
         progress: Called with (stage, done, total).
+        workers: Share the work.
+        store: What was planned before is not planned again.
     """
-    report = progress or (lambda stage, done, total: None)
-    contacts, relations = _met(site, report)
-    choice = set_ups_of(site, order_graph(site, relations, contacts), free)
-    changed = {n: crane for n, crane in enumerate(choice) if crane != site.components[n].crane}
-    site = with_cranes(site, changed) if changed else site
-    sequence, places = order_and_yard(site, Sequencer(site, relations, contacts))
-    return site, Preparation(contacts, relations, sequence, places)
+    contacts, relations = _met(site, progress or (lambda stage, done, total: None))
+    graph, barred = order_graph(site, relations, contacts), set[tuple[int, int]]()
+    best: tuple[int, Site, Preparation] | None = None
+    for _ in range(_SET_UP_ROUNDS):
+        choice = set_ups_of(site, graph, free, barred)
+        changed = {n: crane for n, crane in enumerate(choice) if crane != site.components[n].crane}
+        chosen = with_cranes(site, changed) if changed else site
+        sequence, places = order_and_yard(chosen, Sequencer(chosen, relations, contacts))
+        made = Preparation(contacts, relations, sequence, places)
+        plan = plan_without_obstructions(chosen, made, workers, store)
+        if best is None or _settable(plan) > best[0]:
+            best = _settable(plan), chosen, made
+        refused = [lift.component for lift in plan.lifts if lift.status is Status.INFEASIBLE]
+        more = {(n, choice[n]) for n in refused if site.components[n].id in free} - barred
+        if not more:
+            break
+        barred |= more
+    assert best is not None
+    return best[1:]
 
 
 def _met(site: Site, report: Report) -> tuple[Contacts, Precedence]:

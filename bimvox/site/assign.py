@@ -78,9 +78,12 @@ def assigned(
 def reached_from(site: Site) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
     """Return which crane can lift which part from the yard to its place by its radii, and how far it stands from there.
 
-    Both are (N, K), by component and crane.
+    Both are (N, K), by component and crane. The crane may use as much of its load chart as a part needs at its place.
     """
-    excess_m, reach_m = _excesses_m(site.components, site.cranes, site.yard, site.frame, site.rules, lambda one: one)
+    rules = site.rules
+    if "highest_utilisation" in rules.gives_way:
+        rules = replace(rules, highest_utilisation=1.0)
+    excess_m, reach_m = _excesses_m(site.components, site.cranes, site.yard, site.frame, rules, lambda one: one)
     return excess_m <= _SLACK_M, reach_m
 
 

@@ -25,15 +25,20 @@ from bimvox.site.site import Site
 _Flags = NDArray[np.bool_]
 
 
-def set_ups_of(site: Site, graph: OrderGraph, free: Collection[str]) -> list[int]:
+def set_ups_of(
+    site: Site, graph: OrderGraph, free: Collection[str], barred: Collection[tuple[int, int]] = ()
+) -> list[int]:
     """Return the set-up in which each part is lifted, by component; of other parts, after which they are set.
 
     Args:
         site: The site; its crane moves.
         graph: Which part must come before which.
         free: Ids of the components whose set-up is to be chosen; the others stay in theirs, if they can.
+        barred: Components, each with a set-up in which it cannot be lifted.
     """
     reached, away_m = reached_from(site)
+    for index, number in barred:
+        reached[index, number] = False
     for part in site.components:
         if part.means is not Means.CRANE:
             reached[part.index], away_m[part.index] = True, 0.0

@@ -10,8 +10,9 @@ from moving_sites import box, planned_row, row, row_file
 import bimvox
 from bimvox.errors import ConfigError
 from bimvox.library.hand_over import may_go_to_others, preparation_of
-from bimvox.planning.order.relations import OrderGraph
-from bimvox.planning.order.set_up_choice import _Choice, stands_in_the_way
+from bimvox.planning.contact.pairs import Contacts
+from bimvox.planning.order.relations import OrderGraph, order_graph, precedence
+from bimvox.planning.order.set_up_choice import _Choice, set_ups_of, stands_in_the_way
 from bimvox.proof.set_ups import verify_set_ups
 from bimvox.records.lift import Status
 
@@ -111,3 +112,13 @@ def test_a_set_up_in_what_exists_is_refused_by_its_key(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="the carrier would stand in old") as error:
         bimvox.load_site(file)
     assert error.value.key == "crane.setup[1].base_m"
+
+
+def test_a_part_that_a_set_up_cannot_lift_goes_to_another_one(tmp_path: Path) -> None:
+    site = row(tmp_path, places={"here": (2.0, -5.5), "there": (7.0, -5.5)}, panels=(0.0, 3.0, 6.0)).site
+    contacts = Contacts(site)
+    graph = order_graph(site, precedence(site, contacts), contacts)
+    ids = [part.id for part in site.components]
+    usual = set_ups_of(site, graph, ids)
+    barred = {(0, usual[0])}
+    assert set_ups_of(site, graph, ids, barred)[0] == 1 - usual[0]
