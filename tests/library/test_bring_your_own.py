@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 import bimvox
 from bimvox.library.arguments import code_name
 from bimvox.records.lift import Method
+from bimvox.revision import revise as revising
 
 SAMPLES = Path(__file__).parents[2] / "sample_models"
 
@@ -155,3 +157,32 @@ def test_lifts_call_code_by_its_module_and_name():
     assert code_name(partial(partial(over), space=None)) == f"{__name__}:over"
     assert code_name(_Planner()) == f"{__name__}:_Planner"
     assert code_name(_Planner().ask) == f"{__name__}:_Planner.ask"
+
+
+def test_a_path_that_its_proof_refuses_after_a_change_is_planned_by_the_engine(
+    site: bimvox.LoadedSite, monkeypatch: pytest.MonkeyPatch
+):
+    plan = bimvox.plan(site, paths=over, policy="none")
+    lift = next(one for one in plan.lifts if one.lift.method is Method.PLANNER)
+    assert lift.path_m is not None
+    at_m = lift.path_m[len(lift.path_m) // 2]
+    pole = bimvox.Obstruction("pole", bimvox.Box(tuple(at_m), tuple(at_m + 0.5)))
+    proves, refused = revising.prove_new, []
+
+    def refusing(made: Any, draft: Any, *others: Any) -> Any:
+        """Refuse all paths of the caller's planner, kept ones too."""
+        proof = proves(made, draft, *others)
+        ids = {one.order: made.site.components[one.component].id for one in made.lifts if one.planner is not None}
+        found = {ids[order]: "motion: it swings" for order in draft.paths_to_prove | {lift.lift.order} if order in ids}
+        refused.extend(found)
+        return dataclasses.replace(proof, refused={**proof.refused, **found}) if found else proof
+
+    monkeypatch.setattr(revising, "prove_new", refusing)
+    revised = bimvox.revise(plan, bimvox.ObstructionSet.of([pole]))
+    assert refused
+    assert revised.verdict is not None
+    assert revised.verdict.verified
+    for one in revised.lifts:
+        if one.component.id in refused:
+            assert one.lift.method is Method.SEARCH
+            assert one.lift.planner_note == f"{__name__}:over: its path was not proven: motion: it swings"
