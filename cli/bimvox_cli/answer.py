@@ -15,6 +15,7 @@ from bimvox_cli.plan_tables import (
     LIFT,
     cost_in_words,
     names_of,
+    numbers_of,
     planner_in_words,
     props_in_words,
     reason_of,
@@ -70,7 +71,7 @@ def _proven(others: int) -> str:
 
 def matters_of(document: Document) -> list[Matter]:
     """Return what a person must do or look at, the gravest first; alike ones are one matter."""
-    return [*_refused(document), *remark_matters(document["remarks"])]
+    return [*_refused(document), *remark_matters(document["remarks"], numbers_of(document))]
 
 
 def _refused(document: Document) -> list[Matter]:
@@ -84,7 +85,7 @@ def _refused(document: Document) -> list[Matter]:
             "by other means" if others else "refused",
             len(own),
             "what is around" if own[0]["is_carried"] else "crane or gear",
-            f"{own[0]['name'] or own[0]['component']}: {reason_of(own[0], names)}{_blocked(own[0])}",
+            f"{own[0]['number']} {own[0]['name'] or own[0]['component']}: {reason_of(own[0], names)}{_blocked(own[0])}",
         )
         for (others, _), own in sorted(groups.items(), key=lambda item: (item[0][0], -len(item[1])))
     ]

@@ -22,8 +22,11 @@ Matter = tuple[str, int | None, str, str]
 _MATTER = ("look at", "count", "about", "first of them")
 
 
-def remark_matters(remarks: Sequence[Mapping[str, Any]]) -> list[Matter]:
-    """Return the remarks by severity and kind, with one example each; of the notes, only what parts are taken as."""
+def remark_matters(remarks: Sequence[Mapping[str, Any]], numbers: Mapping[str, int] | None = None) -> list[Matter]:
+    """Return the remarks by severity and kind, with one example each; of the notes, only what parts are taken as.
+
+    ``numbers`` of the parts by id, if known: many parts have one name.
+    """
     groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
     for remark in remarks:
         if remark["severity"] != NOTE or remark["kind"] == ASSUMED_KIND:
@@ -36,10 +39,18 @@ def remark_matters(remarks: Sequence[Mapping[str, Any]]) -> list[Matter]:
                 if severity == NOTE
                 else (severity, len(own), kind.replace("_", " "))
             ),
-            own[0]["text"] if own[0]["name"] is None else f"{own[0]['name']}: {own[0]['text']}",
+            f"{named(own[0], numbers or {})}{own[0]['text']}",
         )
         for (severity, kind), own in sorted(groups.items(), key=lambda item: rank.get(item[0][0], 2))
     ]
+
+
+def named(one: Mapping[str, Any], numbers: Mapping[str, int]) -> str:
+    """Return the part that something is about, as it begins a sentence; empty if it is about the whole plan."""
+    if one["name"] is None:
+        return ""
+    number = numbers.get(one["component"])
+    return f"{one['name']}: " if number is None else f"{number} {one['name']}: "
 
 
 def show_matters(console: Console, matters: Sequence[Matter], *, most_lines: int) -> None:

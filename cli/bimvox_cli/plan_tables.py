@@ -47,7 +47,7 @@ def _refused(console: Console, document: Document, _: bool) -> None:
 
 
 def _remarks(console: Console, document: Document, _: bool) -> None:
-    show_remarks(console, document["remarks"])
+    show_remarks(console, document["remarks"], numbers_of(document))
 
 
 def _deliveries(console: Console, document: Document, _: bool) -> None:
@@ -157,6 +157,11 @@ def names_of(document: Document) -> dict[str, str]:
     return {
         lift["component"]: part_name(lift["component"], lift["name"], lift["ifc_class"]) for lift in document["lifts"]
     }
+
+
+def numbers_of(document: Document) -> dict[str, int]:
+    """Return the number of every part of a plan by its id."""
+    return {lift["component"]: lift["number"] for lift in document["lifts"]}
 
 
 def reason_of(refused: Document, names: Mapping[str, str]) -> str:

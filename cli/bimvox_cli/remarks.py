@@ -9,7 +9,7 @@ import typer
 
 from bimvox.errors import listed
 from bimvox.records.proof import number_in_words
-from bimvox_cli.output import rows
+from bimvox_cli.output import Column, table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -48,11 +48,16 @@ def coloured(said: str, *, proven: bool, remarks: int, serious: int, notes: int 
     return Text(f"{said}, {number_in_words(remarks, serious, notes)}", style=colour)
 
 
-def show_remarks(console: Console, remarks: _Remarks) -> None:
-    """Print every remark with its part, notes included."""
+def show_remarks(console: Console, remarks: _Remarks, numbers: Mapping[str, int] | None = None) -> None:
+    """Print every remark with its part, and with its number if these are known, notes included."""
     matter = sum(remark["severity"] != NOTE for remark in remarks)
-    listed = [(remark["severity"], remark["name"] or "-", remark["text"]) for remark in remarks]
-    rows(console, ("severity", "part", "remark"), listed, title=f"remarks: {matter:,}", limit=None)
+    columns: dict[str, Column] = {
+        **({} if numbers is None else {"lift": lambda one: numbers.get(one["component"])}),
+        "severity": "severity",
+        "part": lambda one: one["name"] or "-",
+        "remark": "text",
+    }
+    table(console, columns, remarks, title=f"remarks: {matter:,}", limit=None)
 
 
 def not_covered(lines: Sequence[Mapping[str, Any]]) -> str | None:

@@ -157,7 +157,7 @@ def test_the_verdict_comes_first_and_says_of_how_many_parts() -> None:
 def test_forty_alike_refusals_are_one_line_and_come_before_remarks() -> None:
     what, count, about, first = matters_of(MANY)[0]
     assert (what, count, about) == ("refused", 40, "what is around")
-    assert first == "Wall 31: Wall 30 is in its way after 31 moves"
+    assert first == "31 Wall 31: Wall 30 is in its way after 31 moves"
     assert [one[0] for one in matters_of(MANY)[1:6]] == ["serious"] * 4 + ["minor"]
 
 
@@ -166,6 +166,14 @@ def test_refusals_by_reach_chart_or_gear_and_those_set_by_other_means_say_so() -
     other = refused(2, "no crane carries it", is_carried=False, by_other_means=True)
     found = matters_of(document_of([lift(1, "infeasible"), lift(2, "infeasible")], infeasible=[heavy, other]))
     assert [one[:3] for one in found] == [("refused", 1, "crane or gear"), ("by other means", 1, "crane or gear")]
+
+
+def test_an_example_has_the_number_of_its_lift_because_many_parts_have_one_name() -> None:
+    lifts = [lift(number, name="WALL") for number in (1, 2)]
+    found = {**remark("near", "minor", 2), "component": lifts[1]["component"], "name": "WALL"}
+    document = document_of(lifts, remarks=[found])
+    assert matters_of(document)[0][3].startswith("2 WALL: near")
+    assert told(document, "remarks").splitlines()[2].split()[:3] == ["2", "minor", "WALL"]
 
 
 def test_what_parts_are_taken_as_stands_between_serious_and_minor_remarks() -> None:
