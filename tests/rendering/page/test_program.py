@@ -14,6 +14,7 @@ from log_building import tiny_log
 from opened_pages import Opened, tiny_source
 
 from bimvox.log.moving import tracks_of
+from bimvox.log.plan_log import log_times
 from bimvox.log.scene import states_before
 from bimvox.rendering.page import page as assets
 from bimvox.rendering.page.page import page_of
@@ -144,6 +145,21 @@ def test_times_in_words(tmp_path):
     body = "[clock(0), clock(3723.4), shortClock(288), shortClock(3723), span(30.25), span(252), span(41207)]"
     assert run(tmp_path, "[localDate(1773385950)]") == ["Fri 13 Mar 2026 07:12"]
     assert run(tmp_path, body) == ["0:00:00", "1:02:03", "4:48", "1:02:03", "30.3 s", "4 min 12 s", "11 h 27 min"]
+
+
+def test_without_a_start_the_site_has_numbered_working_days(tmp_path):
+    log = tiny_log()
+    times = log_times(log)
+    assert times is not None
+    middles_ns = [(motion.hooked_ns + motion.released_ns) // 2 for motion in log.motions]
+    asked = [at_ns / 1e9 for at_ns in middles_ns]
+    words = [times.clock_in_words(at_ns) for at_ns in middles_ns]
+    found = run(tmp_path, "asked.map((at) => plan.dateAt(at))", asked)
+    assert found == words
+    days = "plan.revision.days = [0, 86400, 4 * 86400]"
+    week = f"[3, 4, 5, 6, 7].map((day) => {{ {days}; return plan.local(day * 86400 - 3600); }})"
+    assert run(tmp_path, week) == ["day 2 23:00", "day 2 23:00", "day 3 23:00", "day 3 23:00", "day 3 23:00"]
+    assert run(tmp_path, "plan.dateAt(0)", crane=False) is None
 
 
 def test_control_characters_of_names_are_written_out(tmp_path):

@@ -49,7 +49,8 @@ export class Plan {
   local(seconds) {
     const days = this.revision.days ?? [];
     if (!days.length) return localDate(seconds);
-    return `day ${Math.max(1, days.findLastIndex((midnight) => midnight <= seconds) + 1)} ${localDate(seconds).slice(-5)}`;
+    const at = Math.round(seconds);
+    return `day ${Math.max(1, days.findLastIndex((midnight) => midnight <= at) + 1)} ${localDate(at).slice(-5)}`;
   }
 
   /** When it is on the site at a time; between blocks of lifts that of the block's end. Null of an extract. */
