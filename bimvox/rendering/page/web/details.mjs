@@ -6,6 +6,13 @@ import { extent } from "./overlays.mjs";
 import { LOOKS, SCOPES, SEEN } from "./visibility.mjs";
 import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, digitsOf, elapsed, fixed, metres, nameOf, percent, point, sentence, span, tonnes, whole } from "./words.mjs";
 
+/** The shares of the mass on the two hooks that turn a part over, and how much of what they may carry they use. */
+function betweenHooks(flip) {
+  const used = Math.max(flip.main_used, flip.auxiliary_used, flip.both_used);
+  const level = `level: main ${tonnes(flip.main_kg[0])}, auxiliary ${tonnes(flip.auxiliary_kg[0])}`;
+  return `turned over in the air; ${level}; ${fixed(used * 100, 0)} % used at most; ${metres(flip.clear_m)} clear of the ground`;
+}
+
 export class Details {
   constructor(app) {
     this.app = app;
@@ -181,6 +188,7 @@ export class Details {
         ["In contact", lift.contact_moves ? `last ${counted(lift.contact_moves, "placement")}` : null],
         ["Delivery", lift.delivery === null ? null : `no. ${lift.delivery + 1}`],
         ["Stored", STORED[lift.stored] ?? lift.stored],
+        ["Two hooks", lift.flip ? betweenHooks(lift.flip) : null],
       ]),
     );
     const delivery = (app.plan.revision.deliveries ?? []).find(({ number }) => number === lift.delivery);
