@@ -28,7 +28,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.steps import needed_by_ns, not_lifted_groups, set_up_documents
 from bimvox.records.unloading import deliveries_of
 from bimvox.remarks.proven_props import proven_props
-from bimvox.rendering.page.lifts import governing
+from bimvox.rendering.page.lifts import FLIP, governing
 from bimvox.site.config.calendar import CalendarConfig, CostsConfig
 from bimvox.site.site import Site, names_by_id
 from bimvox.workers import Workers
@@ -116,6 +116,7 @@ def _document_of(
                 **_seen(site, motion),
                 **_when(times, lift.order),
                 **({"with_jib": True} if lift.with_jib else {}),
+                **({"flip": FLIP.of(lift.flip)} if lift.flip else {}),
                 **({"planner": lift.planner} if lift.planner else {}),
                 **({"planner_note": lift.planner_note} if lift.planner_note else {}),
                 **({"crane": site.cranes[component.crane].name} if site.names_cranes else {}),
