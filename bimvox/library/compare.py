@@ -86,7 +86,7 @@ def same_values(check: Check, key: str, found: Any, wanted: Any, source: str) ->
 
 def same_rules(check: Check, found: Rules, wanted: Rules, source: str) -> None:
     """Check each rule, and each of the times by class of work."""
-    several = ("times", "casting", "building", "curing", "props")
+    several = ("times", "casting", "building", "curing", "props", "two_hooks")
     same_fields(check, "rules.", found, wanted, source, but=several)
     for name in several:
         own, other = getattr(found, name), getattr(wanted, name)

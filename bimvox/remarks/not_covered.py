@@ -111,6 +111,9 @@ def _tandem(subject: Subject) -> _Here:
     """Return the parts that no single crane of the site carries to their places."""
     refused = [lift for lift in subject.plan.lifts_with(subject.context) if lift.status is Status.INFEASIBLE]
     parts = [part for part in _parts(subject, refused) if refused_by_crane(subject.site, part) is not None]
+    over = sum(lift.flip is not None for lift in subject.lifts)
+    if over and not parts:
+        return f"Here: {over:,} hang{'s' if over == 1 else ''} on both hooks of one crane while being turned over."
     return _about(parts, "part that no crane here lifts alone", "parts that no crane here lifts alone")
 
 

@@ -168,3 +168,9 @@ def test_the_block_of_the_auxiliary_hook_counts_on_the_chart_and_not_on_the_rope
     assert hung_kg(one, part) - hung_kg(other, part) == AUXILIARY.hook_block_kg
     assert hoisted_kg(one, part) == hoisted_kg(other, part)
     assert permitted_for(with_hook, one, part) == permitted_for(without, other, part)
+
+
+def test_the_line_about_one_hook_says_what_hangs_on_two():
+    plan, _ = planned(flipping_site())
+    (line,) = (one for one in not_covered_by(plan) if one.code == "tandem")
+    assert line.text.endswith("Here: 1 hangs on both hooks of one crane while being turned over.")
