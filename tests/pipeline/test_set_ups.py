@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from bimvox_pipeline.optimise import optimise
+from bimvox_pipeline.report import report
 from bimvox_pipeline.studio.opened import open_site
 from bimvox_pipeline.verify import verify
 from moving_sites import box, planned_row, row, row_file
@@ -106,6 +107,10 @@ def test_a_set_up_that_serves_nothing_is_a_remark_and_takes_no_time(tmp_path: Pa
     places = {"west": (4.5, -5.5), "nowhere": (20.0, -5.5)}
     made = bimvox.plan(row(tmp_path, places=places, panels=(0.0, 3.0, 6.0)), policy="none", jobs=1)
     assert not made.record.steps.moves
+    bimvox.write_log(made, tmp_path / "row.mcap")
+    report(tmp_path / "row.mcap", tmp_path / "row.html", progress=SilentProgress())
+    said = (tmp_path / "row.html").read_text()
+    assert "no lift: the crane does not go there" in said and "lifts 1 to 3" in said
     remarks = remarks_of(made.record.plan, made.motions)
     assert ["'nowhere' serves no lift" in one.text for one in remarks if one.kind == "set_up_unused"] == [True]
 

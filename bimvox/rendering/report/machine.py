@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from bimvox.crane.sectors import sectors_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.rendering.report.distances import base_words, distances, room_words, tail_words
 from bimvox.rendering.report.html import element, number, paragraph, picture, section, tag, terms, text, ticks, value
-from bimvox.rendering.report.words import SWING, fixed, length, named, percent, tonnes
+from bimvox.rendering.report.words import SWING, fixed, length, named, percent, span, tonnes
 from bimvox.rendering.words import escape
 
 
@@ -42,13 +42,27 @@ def machine(record: dict[str, Any], cranes: Sequence[TowerCrane]) -> str:
         return section("Site", terms(pairs))
     pairs.append(("Swing", SWING[rules["swing"]]))
     machines = [first, *record.get("other_cranes", [])]
-    several = len(machines) > 1
+    several, set_ups = len(machines) > 1, record.get("set_ups", ())
+    pairs += _set_ups(set_ups, record.get("moves", ()))
+    distances, what = {one["crane"]: one for one in record["distances"]}, "Set-up" if set_ups else "Crane"
     shown = []
     for number_, (own, crane) in enumerate(zip(machines, cranes, strict=True)):
+        if crane.name not in distances:  # a set-up that serves no lift
+            continue
         lifts = [lift for lift in record["lifts"] if not several or lift["crane"] == number_]
-        title = f"Crane {number_ + 1} and load chart" if several else "Crane and load chart"
-        shown.append(_crane(record, own, crane, lifts, title, record["distances"][number_]))
+        title = f"{what} {number_ + 1} and load chart" if several else "Crane and load chart"
+        shown.append(_crane(record, own, crane, lifts, title, distances[crane.name]))
     return section("Site", terms(pairs)) + "".join(shown)
+
+
+def _set_ups(set_ups: Sequence[dict[str, Any]], moves: Sequence[dict[str, Any]]) -> Iterator[tuple[str, str]]:
+    """Yield the set-ups of a crane that moves, with their lifts, and how long each move takes."""
+    took_s = {move["to"]: move["ends_s"] - move["begins_s"] for move in moves}
+    for one in set_ups:
+        words = f"lifts {one['first']} to {one['last']}" if one["lifts"] else "no lift: the crane does not go there"
+        if one["name"] in took_s:
+            words += f"; the move there takes {span(took_s[one['name']])}: derig, drive, rig"
+        yield f"Set-up {escape(one['name'])}", words
 
 
 def _crane(
