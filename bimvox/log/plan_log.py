@@ -271,9 +271,9 @@ def log_dates(log: PlanLog, start: datetime | None = None) -> PlanDates | None:
 def log_times(log: PlanLog) -> PlanDates | None:
     """Return the dates of a log; if no start is known, its times from a usual Monday on, by numbered working days.
 
-    None of an extract, or of a plan without a crane.
+    None of an extract, of a plan without a crane, or of motions without the phases that say when a part is released.
     """
-    if log.context:
+    if log.context or not all(motion.is_phased for motion in log.motions):
         return None
     site = log.plan.site
     return log_dates(log) or dates_of(log_calendar(log), site, log.plan.lifts, log.motions, log.steps, numbered=True)

@@ -235,6 +235,12 @@ class LiftMotion:
         return next(phase.end_ns for phase in self.phases if phase.name is PhaseName.RELEASE)
 
     @property
+    def is_phased(self) -> bool:
+        """Whether its phases say when the part is hooked on and when its slings are off; those made by hand may not."""
+        names = {phase.name for phase in self.phases}
+        return PhaseName.RELEASE in names and not names.isdisjoint((PhaseName.HOOK_ON, PhaseName.RAISE))
+
+    @property
     def work_starts_ns(self) -> int:
         """When the work on the lift begins, after the crane's wait for it."""
         waited = (p.end_ns for p in self.phases if p.name is PhaseName.WAIT and p.end_ns <= self.released_ns)

@@ -157,7 +157,7 @@ class Revision:
         object.__setattr__(self, "steps", steps_of_log(self.plan, self.motions, self.context))
         calendar = self.config.calendar if self.config else CalendarConfig()
         known = self.dates
-        if known is None and not self.context:
+        if known is None and not self.context and all(motion.is_phased for motion in self.motions):
             known = dates_of(calendar, self.plan.site, self.plan.lifts, self.motions, self.steps, numbered=True)
         object.__setattr__(self, "times", known)
 
