@@ -70,6 +70,7 @@ class CraneFit:
         moving_hours: Those of them in which it moves.
         cost: Estimated cost by the rates of the site file.
         is_inside: Whether the mast stands within the outline of the building.
+        set_ups: In how many set-ups it stands, one after the other.
     """
 
     machine: str
@@ -86,6 +87,7 @@ class CraneFit:
     moving_hours: float
     cost: float
     is_inside: bool = False
+    set_ups: int = 1
 
     @property
     def serves(self) -> bool:
@@ -129,12 +131,14 @@ class Wanted:
         order: The parts in their erection sequence; None: from the lowest up.
 
     Attributes:
+        config: The site file.
         demand: The parts, as a crane has to serve them.
         built: Heights of the finished building.
         standing_s: How long the crane stands for all parts.
         load_kg: Their mass.
         unloading_s: About how long the crane unloads them.
         yard_m: (P, 2) places of the yard.
+        closed: (N,) whether a zone forbids the hook or the load at the part's place, or no gear serves it.
         places: Where a mast may stand.
         order: (N,) the parts in their sequence.
         work: The parts in that order.
@@ -161,8 +165,8 @@ class Wanted:
         self.unloading_s = sum(one.hook_on_s + TRIAL_LIFT_S + one.hook_off_s + _UNLOADING_S for one in times)
         upwards = np.lexsort((bounds_m[:, 1, 2], np.round(bounds_m[:, 0, 2], 1)))
         self.order = upwards if order is None else np.array(order, np.int64)
-        self._building, self._closed = building, closed_over(config.zone, self.demand.places_m) != ""
-        self._closed[list(self.demand.without_gear)] = True
+        self._building, self.closed = building, closed_over(config.zone, self.demand.places_m) != ""
+        self.closed[list(self.demand.without_gear)] = True
         self.work = LiftWork(
             places_m=self.demand.places_m[self.order],
             tops_m=bounds_m[self.order, 1, 2],
@@ -170,13 +174,13 @@ class Wanted:
             masses_kg=self.demand.masses_kg[self.order],
             standing_s=stands_s[self.order],
             yard_m=np.zeros((0, 2)),
-            closed=self._closed[self.order],
+            closed=self.closed[self.order],
             rooms=np.full((len(components), 2), None),
         )
         self._set(config)
 
     def _set(self, config: SiteConfig) -> None:
-        self._config = config
+        self.config = config
         self.yard_m = yard_points(config)
         self.places = MastPlaces(config, self._building)
         self.work = replace(self.work, yard_m=self.yard_m)
@@ -186,13 +190,13 @@ class Wanted:
         """Return the same with another yard, and where the hook is over each part in it, see :class:`LiftWork`."""
         other = copy(self)
         other.work = self.work if rooms is None else replace(self.work, rooms=rooms)
-        areas = self._config.areas.model_copy(update={"yard": yard})
-        other._set(self._config.model_copy(update={"areas": areas}))
+        areas = self.config.areas.model_copy(update={"yard": yard})
+        other._set(self.config.model_copy(update={"areas": areas}))
         return other
 
     def with_whole_chart(self) -> Wanted | None:
         """Return the same with the whole load chart; None if the site file limits its share."""
-        if self._config.rules.highest_utilisation is not None:
+        if self.config.rules.highest_utilisation is not None:
             return None
         other = copy(self)
         other.demand = self.demand.permitting(1.0)
@@ -200,7 +204,7 @@ class Wanted:
 
     def to_the_utmost(self, crane: TowerCrane) -> TowerCrane:
         """Return a crane as used with as much of its chart as no lift may exceed."""
-        return with_share(crane, self._config.rules.utmost_utilisation / self.demand.most_used)
+        return with_share(crane, self.config.rules.utmost_utilisation / self.demand.most_used)
 
     def why_not(self, part: int, crane: TowerCrane, margin_m: float = 0.0, sample: LiftWork | None = None) -> Unserved:
         """Return why a crane as used, on its base, does not serve a part; see :meth:`Demand.why_not`.
@@ -210,7 +214,7 @@ class Wanted:
         work, demand = sample or self.work, self.demand
         if part in demand.without_gear:
             return demand.said(part, f"has no gear for it: {demand.without_gear[part]}")
-        if self._closed[part]:
+        if self.closed[part]:
             return demand.said(part, "may not hang over a zone, where its place is")
         if all(demand.picks(part, crane, at_m, margin_m).any() for at_m in (demand.places_m[[part]], work.yard_m)):
             rooms, mast = work.rooms[self.order == part], shapely.Point(crane.base_m[:2])
@@ -223,9 +227,9 @@ class Wanted:
 
         ``truckload_kg``: payload of a lorry; None: the site file's.
         """
-        costs, calendar = self._config.costs, self._config.calendar
+        costs, calendar = self.config.costs, self.config.calendar
         rates = rates_of(costs, calendar, machine.name, machine.kind, machine.load_moment_tm)
-        truckload_kg = self._config.rules.truckload_kg if truckload_kg is None else truckload_kg
+        truckload_kg = self.config.rules.truckload_kg if truckload_kg is None else truckload_kg
         lorries = ceil(self.load_kg / (_FULL * (truckload_kg or TRUCK_KG)))
         stated_s = calendar.unloading_s
         unloading_s = self.unloading_s if stated_s is None else stated_s * lorries
@@ -347,6 +351,36 @@ def compare_cranes(wanted: Wanted, machines: Sequence[Machine]) -> Iterator[Cran
 def fit_here(wanted: Wanted, crane: TowerCrane) -> CraneFit:
     """Return how a crane serves a site from where it stands."""
     return _fit(machine_of_crane(crane), crane, wanted)
+
+
+def fit_in_set_ups(wanted: Wanted, cranes: Sequence[TowerCrane], which: NDArray[np.int64], hours: float) -> CraneFit:
+    """Return how a crane serves a site from several set-ups.
+
+    Args:
+        wanted: What it is wanted for.
+        cranes: The crane in each set-up.
+        which: (N,) the set-up in which it sets each part; -1 if in none.
+        hours: Estimated time of all lifts and moves.
+    """
+    machine, demand = machine_of_crane(cranes[0]), wanted.demand
+    bases_m = np.array([crane.base_m[:2] for crane in cranes])
+    apart_m = distances_m(bases_m, demand.places_m)
+    own = np.flatnonzero(which >= 0)
+    radii_m = apart_m[which[own], own]
+    capacities_kg = [float(capacity_kg(cranes[which[n]].chart, radii_m[i : i + 1])[0]) for i, n in enumerate(own)]
+    hung_kg = [demand.masses_kg[n] + demand.as_used(cranes[which[n]]).tackle_kg for n in own]
+    why = f"carries it in none of {len(cranes)} set-ups from the yard to its place"
+    unserved = [demand.said(int(n), why) for n in np.flatnonzero(which < 0)]
+    return CraneFit(
+        machine.name, machine.kind, machine.load_moment_tm, cranes[0].jib_own_m, cranes[0], len(which), tuple(unserved),
+        "",
+        utilisation=max((kg / max(most, 1e-9) for kg, most in zip(hung_kg, capacities_kg, strict=True)), default=0.0),
+        radius_m=float(radii_m.max(initial=0.0)),
+        hours=hours,
+        moving_hours=max(0.0, hours - wanted.standing_s / 3600.0),
+        cost=wanted.rates(machine).total(hours),
+        set_ups=len(cranes),
+    )  # fmt: skip
 
 
 def machine_of_crane(crane: TowerCrane) -> Machine:

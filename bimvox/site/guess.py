@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
 
 from bimvox.bim.building import ASSUMED, Building, Casting, Element, Role, TriangleMesh
 from bimvox.bim.kinds.kind import Confidence
@@ -18,18 +19,19 @@ from bimvox.crane.sectors import capacities_kg, sectors_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import GridTooLargeError, InputError, SelectionError
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
-from bimvox.site.config.crane import CraneConfig
+from bimvox.site.config.crane import CraneConfig, SetUpConfig
 from bimvox.site.config.gear_file import gear_by_crane, gear_of_site
 from bimvox.site.config.rules import RulesConfig, YardConfig
 from bimvox.site.config.site_config import ComponentConfig, MeansConfig, ModelConfig, Polygon, SiteConfig
 from bimvox.site.crane_guess import Chosen, CraneFit, Wanted, best_set_up, compare_cranes, fit_here
-from bimvox.site.default_rules import FAR_FROM_GROUND_M, TRUCK_KG
+from bimvox.site.default_rules import FAR_FROM_GROUND_M, ON_GROUND_M, TRUCK_KG
 from bimvox.site.demand import Demand, Rigs, hook_above_m, means_by
 from bimvox.site.ground import ground_level
 from bimvox.site.lifting import HangsAt, lifting_by
 from bimvox.site.machine import crane_config, cranes_of, machine_config
 from bimvox.site.map_frame import read_from_map
 from bimvox.site.means import SAY_WHAT, Means, Reasoned, beyond_road, cast_alike, may_be_cast, nothing_to_lift
+from bimvox.site.moving_guess import MovingCrane, best_moving, fit_of_moving
 from bimvox.site.parts import entries_by_id, is_erected
 from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, place_building, site_extent, top_m
 from bimvox.site.set_ups import OPEN_ZONES, ground_plan, mast_room_m
@@ -231,17 +233,20 @@ def cranes_that_fit(
     ``machines``: the machines to compare; empty: those of the catalogue.
 
     Returns:
-        None for the crane of a site without one, or of one that moves. The machines are in the order given, those of
-        the catalogue by size.
+        None for the crane of a site without one. The machines are in the order given, those of the catalogue by size.
     """
     placed, lifted = _placed_and_lifted(config, building)
     size_m = config.model.voxel_size_m or VOXEL_SIZES_M[0]
     height_m, plan = top_m(placed) + 2 * size_m, ground_plan(placed.elements)
     rigs, cranes = rigs_of(config, lifted), cranes_of(config)
     own = None
-    if cranes and not config.moves:  # how one place serves says nothing of a crane that moves
+    if cranes:
         chosen = rigs if gear_by_crane(config, 1)[0] is not None else None
-        own = fit_here(Wanted(config, lifted, plan, height_m, chosen), cranes[0])
+        wanted = Wanted(config, lifted, plan, height_m, chosen)
+        if config.moves:
+            own = fit_of_moving(cranes, wanted, lifted, *_meanwhile(placed.elements, lifted))
+        else:
+            own = fit_here(wanted, cranes[0])
     return own, tuple(compare_cranes(Wanted(config, lifted, plan, height_m, rigs), machines or catalogue()))
 
 
@@ -392,6 +397,18 @@ def _with_areas_and_crane(
         yards, crane = sized.yards, sized.crane
         config = config.model_copy(update={"component": _with_cast(config.component, sized.cast)})
         chosen: CraneConfig | tuple[CraneConfig, ...] | None = _table_of(crane, machines, lifted)
+        rest = [one for one in lifted if one.id not in sized.cast]
+        if crane.kind == "mobile" and sized.serves < len(rest):
+            _, wanted = wanted_for(rest)
+            meanwhile = _meanwhile(building.elements, rest)
+            gap_m = max(config.yard.gap_m if config.yard else 0.0, rough_m) + rough_m
+            moving = best_moving(machines, wanted, rest, *meanwhile, gap_m)
+            if (moving is None or moving.served < len(rest)) and (whole := wanted.with_whole_chart()) is not None:
+                more = best_moving(machines, whole, rest, *meanwhile, gap_m)
+                moving = more if moving is None or (more is not None and more.served > moving.served) else moving
+            if moving is not None and moving.served > sized.serves:
+                yards, chosen = moving.yard, _table_in_set_ups(moving, machines, rest)
+                areas = areas.model_copy(update={"construction": _without(areas.construction, yards)})
     else:
         most_used = config.rules.usual_utilisation
         yards = max(
@@ -406,6 +423,55 @@ def _with_areas_and_crane(
     return _with_areas(config, access=proposed_access(config, building, lifted))
 
 
+def _without(construction: Polygon | None, yards: Yards) -> Polygon | None:
+    """Return the construction area without what becomes yard: its largest piece, or what it was if that has holes."""
+    if construction is None:
+        return None
+    left = shapely.Polygon(construction).difference(shapely.union_all([shapely.Polygon(one) for one in yards]))
+    largest = max(shapely.get_parts(left), key=lambda one: float(one.area), default=shapely.Polygon())
+    if largest.is_empty or len(largest.interiors):
+        return construction
+    return tuple((float(x), float(y)) for x, y in largest.exterior.coords[:-1])
+
+
+def _meanwhile(
+    elements: Sequence[Element], lifted: Sequence[Element]
+) -> tuple[list[Element], tuple[BaseGeometry, BaseGeometry]]:
+    """Return what is built while a crane lifts these parts, and two outlines: the building, and what is in its way.
+
+    The first is what stands above the ground in the end. The second is what stands on the ground and no crane lifts.
+    """
+    ids = {element.id for element in lifted}
+    others = [element for element in elements if element.id not in ids]
+    high = [element for element in elements if element.mesh.bounds_m[1, 2] > _LEVEL_M]
+    there = [e for e in others if e.mesh.bounds_m[0, 2] <= ON_GROUND_M < e.mesh.bounds_m[1, 2]]
+    return [one for one in others if one.role is Role.COMPONENT], (ground_plan(high), ground_plan(there))
+
+
+def _table_in_set_ups(moving: MovingCrane, machines: Sequence[Machine], lifted: Sequence[Element]) -> CraneConfig:
+    """Return the table of a mobile crane in several set-ups, or in one."""
+    tables = [
+        machine_config(facing(crane, [lifted[n] for n in own]), machines)
+        for crane, own in zip(moving.cranes, moving.parts, strict=True)
+    ]
+    if len(tables) == 1:
+        return tables[0]
+    first, alike = tables[0].model_copy(update={"falls": None}), {}
+    for key in ("heading_deg", "outriggers", "counterweight_kg", "jib"):
+        values = [getattr(table, key) for table in tables]
+        alike[key] = values[0] if values.count(values[0]) == len(values) else None
+    setup = tuple(
+        SetUpConfig(
+            name=f"position {number}",
+            base_m=table.base_m or (0.0, 0.0),
+            boom_m=None if alike["jib"] is not None or table.jib is None else table.jib.length_m,
+            **{key: None if value is not None else getattr(table, key) for key, value in alike.items() if key != "jib"},
+        )
+        for number, table in enumerate(tables, start=1)
+    )
+    return first.model_copy(update={**alike, "base_m": None, "setup": setup})
+
+
 def _table_of(crane: TowerCrane, machines: Sequence[Machine], lifted: Sequence[Element]) -> CraneConfig:
     """Return the table of a crane that was chosen, which names its machine or the file of it."""
     if any(one.name == crane.name and one.file is not None for one in machines):
@@ -413,6 +479,8 @@ def _table_of(crane: TowerCrane, machines: Sequence[Machine], lifted: Sequence[E
     return crane_config(crane) if machine_called(crane.name) is None else machine_config(crane)
 
 
+_LEVEL_M = 0.05
+"""Parts lie and cranes drive on what is no higher above the ground: a slab on it."""
 _HEADINGS = 24
 
 

@@ -150,6 +150,13 @@ _CLASSES_MIN = ((60_000.0, 30.0, 45.0), (130_000.0, 45.0, 60.0), (float("inf"), 
 have more counterweight, which comes off before they drive, and larger mats."""
 
 
+def moving_times_s(cranes: Sequence[TowerCrane]) -> tuple[float, float]:
+    """Return how long a crane usually takes to derig and to rig, by its largest capacity in its set-ups, seconds."""
+    most_kg = max(kg for crane in cranes for chart in charts_of(crane) for kg in chart.capacity_kg)
+    derig_min, rig_min = next(minutes for limit_kg, *minutes in _CLASSES_MIN if most_kg <= limit_kg)
+    return 60.0 * derig_min, 60.0 * rig_min
+
+
 def moving_of(config: SiteConfig, cranes: Sequence[TowerCrane]) -> Moving | None:
     """Return how the crane of a site file moves; None if the cranes stay where they are.
 
@@ -159,13 +166,12 @@ def moving_of(config: SiteConfig, cranes: Sequence[TowerCrane]) -> Moving | None
         return None
     assert isinstance(config.crane, CraneConfig)
     given = config.crane.moving or MovingConfig()
-    most_kg = max(kg for crane in cranes for chart in charts_of(crane) for kg in chart.capacity_kg)
-    derig_min, rig_min = next(minutes for limit_kg, *minutes in _CLASSES_MIN if most_kg <= limit_kg)
+    derig_s, rig_s = moving_times_s(cranes)
     return Moving(
         tuple(one.name for one in config.crane.setup),
-        derig_s=60.0 * (derig_min if given.derig_min is None else given.derig_min),
+        derig_s=derig_s if given.derig_min is None else 60.0 * given.derig_min,
         drive_m_s=given.drive_km_h / 3.6,
-        rig_s=60.0 * (rig_min if given.rig_min is None else given.rig_min),
+        rig_s=rig_s if given.rig_min is None else 60.0 * given.rig_min,
     )
 
 

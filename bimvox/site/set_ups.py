@@ -273,29 +273,34 @@ class MastPlaces:
     Args:
         config: Its yard, access, plot and zones.
         building: Its outline on plan, see :func:`ground_plan`.
+        standing: What of it stands while a crane that leaves is there; default: all.
+
+    Attributes:
+        free: What is around the building and in none of these areas.
     """
 
-    def __init__(self, config: SiteConfig, building: BaseGeometry) -> None:
+    def __init__(self, config: SiteConfig, building: BaseGeometry, standing: BaseGeometry | None = None) -> None:
         yards = [shapely.Polygon(one) for one in config.areas.yard or ()]
         closed = [*(config.areas.access or ()), *(zone.polygon for zone in config.zone if zone.kind not in OPEN_ZONES)]
-        taken = shapely.union_all([building, *yards, *(shapely.Polygon(one) for one in closed)])
+        standing = building if standing is None else standing
+        taken = shapely.union_all([standing, *yards, *(shapely.Polygon(one) for one in closed)])
         around = shapely.union_all([building, *yards]).convex_hull.buffer(_RING_M)
-        self._free = shapely.difference(around, taken)
+        self.free = shapely.difference(around, taken)
         self._outline = building.convex_hull
-        self._courts = shapely.difference(_filled(building), building)
+        self._courts = shapely.difference(_filled(standing), standing)
         self._config = config
         self._plot = None if config.areas.plot is None else shapely.Polygon(config.areas.plot)
         self._areas: dict[tuple[float, float, bool], BaseGeometry] = {}
 
     def bases_m(self, crane: TowerCrane, most: int) -> NDArray[np.float64]:
         """Return about ``most`` (B, 2) places of a square lattice for a crane's mast, by y, then x."""
-        return _lattice(self._area(crane), self._pitch_m(crane, most))
+        return lattice(self._area(crane), self._pitch_m(crane, most))
 
     def near_m(self, crane: TowerCrane, base_m: NDArray[np.float64], most: int) -> NDArray[np.float64]:
         """Return the (B, 2) places of a lattice of a metre around one of ``most`` places of a crane's mast."""
         pitch_m = self._pitch_m(crane, most)
         around = shapely.box(*(base_m - pitch_m), *(base_m + pitch_m))
-        return _lattice(self._area(crane).intersection(around), _LEAST_PITCH_M)
+        return lattice(self._area(crane).intersection(around), _LEAST_PITCH_M)
 
     def inside(self, bases_m: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which of (B, 2) places are within the convex outline of the building.
@@ -312,7 +317,7 @@ class MastPlaces:
         room_m = mast_room_m(self._config, crane)
         key = room_m, crane.jib_length_m, crane.kind == "mobile"
         if key not in self._areas:
-            area = (self._free.difference(self._courts) if key[2] else self._free).buffer(-key[0])
+            area = (self.free.difference(self._courts) if key[2] else self.free).buffer(-key[0])
             self._areas[key] = area if self._plot is None else area.intersection(self._plot.buffer(-crane.jib_length_m))
         return self._areas[key]
 
@@ -323,7 +328,8 @@ def _filled(area: BaseGeometry) -> BaseGeometry:
     return shapely.union_all(shells)
 
 
-def _lattice(area: BaseGeometry, pitch_m: float) -> NDArray[np.float64]:
+def lattice(area: BaseGeometry, pitch_m: float) -> NDArray[np.float64]:
+    """Return the (B, 2) points of a square lattice within an area, by y, then x."""
     if area.is_empty:
         return np.zeros((0, 2))
     x0, y0, x1, y1 = area.bounds

@@ -114,12 +114,18 @@ def choice_notes(own: CraneFit, smaller: Sequence[CraneFit], currency: str) -> l
 
     They say what it serves at which cost, why smaller machines do not serve, and what it cannot set itself.
     """
-    lines = [
-        f"{own.machine} carries {own.parts - len(own.unserved)} of {own.parts} parts from the yard to their places. "
-        f"Estimate: {own.hours:.1f} h of",
-        f"crane time, {own.moving_hours:.1f} h of it in motion; {own.cost:,.0f} {currency}, see [costs]. "
-        "`bimvox optimise` tries other places.",
-    ]
+    served = f"{own.machine} carries {own.parts - len(own.unserved)} of {own.parts} parts from the yard to their places"
+    if own.set_ups > 1:
+        lines = [
+            f"{served}, in {own.set_ups} set-ups.",
+            f"Estimate: {own.hours:.1f} h with its moves; {own.cost:,.0f} {currency}, see [costs].",
+        ]
+    else:
+        lines = [
+            f"{served}. Estimate: {own.hours:.1f} h of",
+            f"crane time, {own.moving_hours:.1f} h of it in motion; {own.cost:,.0f} {currency}, see [costs]. "
+            "`bimvox optimise` tries other places.",
+        ]
     if own.is_inside:
         lines.append(
             "It stands inside the outline of the building, where the model is open over the whole height: outside,"

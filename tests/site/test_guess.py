@@ -16,6 +16,7 @@ from bimvox.errors import ConfigError, SelectionError
 from bimvox.site.build import PlacedModel, build_site
 from bimvox.site.catalogue import FICTITIOUS, machine_called, machines_called, machines_of
 from bimvox.site.config.crane import CraneConfig, OverrideConfig
+from bimvox.site.config.file import parse_site_config
 from bimvox.site.config.site_config import (
     AreasConfig,
     ComponentConfig,
@@ -25,6 +26,7 @@ from bimvox.site.config.site_config import (
     SiteConfig,
     ZoneConfig,
 )
+from bimvox.site.config.template import site_toml
 from bimvox.site.guess import (
     PLANNING_CELLS,
     VOXEL_SIZES_M,
@@ -280,6 +282,26 @@ def test_a_machine_that_cannot_carry_everything_is_still_proposed_on_request():
         guess_site(heavy, ModelConfig(path="a.ifc"), machines=machines_called("mobile-60t")).crane.machine
         == "mobile-60t"
     )
+
+
+def test_a_mobile_crane_that_reaches_not_everything_from_one_place_gets_set_ups():
+    row = [
+        box_element(f"p{n}", (12.0 * n, 0.0, 0.0), (12.0 * n + 10.0, 0.2, 3.0), mass_kg=6000.0, ifc_class="IfcWall")
+        for n in range(8)
+    ]
+    building = building_of(*row)
+    config = guess_site(building, ModelConfig(path="a.ifc"), machines=machines_called("mobile-60t"))
+    assert config.moves
+    cranes = cranes_of(config)
+    assert len(cranes) == len(config.crane.setup) > 1
+    own, _ = cranes_that_fit(config, building)
+    assert (own.set_ups, own.serves, own.parts) == (len(cranes), True, 8)
+    yards, taken = [shapely.Polygon(one) for one in config.areas.yard], shapely.Polygon(config.areas.construction)
+    assert all(taken.intersection(yard).area < 1e-6 for yard in yards)
+    read = parse_site_config(site_toml(config), Path("a.site.toml"))
+    assert read.crane.setup == config.crane.setup
+    near = guess_site(building_of(*row[:2]), ModelConfig(path="a.ifc"), machines=machines_called("mobile-60t"))
+    assert not near.moves
 
 
 def test_a_part_that_nothing_can_lift_does_not_stop_the_others():
