@@ -233,6 +233,15 @@ def rigged(crane: TowerCrane, load_kg: float, sling_rise_m: float = 0.0, rigging
     return replace(crane, luffing=jib, trolley=radius_limits(jib, jib.winch, *jib.radii_m))
 
 
+def raised(crane: TowerCrane, by_m: float) -> TowerCrane:
+    """Return a crane whose pivot and counterweight are higher: a mobile crane's are as high above its foot as ever."""
+    jib = crane.luffing
+    if jib is None or by_m == 0.0:
+        return crane
+    higher = replace(jib, pivot_height_m=jib.pivot_height_m + by_m, tail_low_m=jib.tail_low_m + by_m)
+    return replace(crane, luffing=higher, jib_height_m=crane.jib_height_m + by_m)
+
+
 def with_luffing_jib(crane: TowerCrane, jib: LuffingJib) -> TowerCrane:
     """Return the crane with a luffing jib: radii, height and limits of the hook follow from it."""
     near_m, far_m = jib.radii_m

@@ -12,6 +12,7 @@ from bimvox.bim.building import ASSUMED
 from bimvox.bim.kinds.kind import Confidence, Kind
 from bimvox.bim.kinds.words import density_of_kind
 from bimvox.compiled import kernel
+from bimvox.crane.kinematics import raised
 from bimvox.crane.load_chart import utilisation
 from bimvox.crane.machine import Machine, differences, does_more, is_same, same_chart
 from bimvox.crane.outline import mast_box_m
@@ -40,6 +41,8 @@ LARGEST_TM = 10_000.0
 def machines(subject: Subject) -> Iterator[Remark]:
     """Yield remarks about cranes that are not machines of the catalogue, and what differs by how much."""
     for crane in subject.site.cranes:
+        if subject.site.moving is not None:  # the catalogue's are at z = 0
+            crane = raised(crane, -crane.base_m[2])
         named = machine_called(crane.machine or crane.name)
         possible = catalogue() if named is None else (named,)
         if named is not None and named.sources:

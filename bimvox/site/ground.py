@@ -14,6 +14,7 @@ from scipy.ndimage import minimum_filter
 
 from bimvox.bim.building import BUILT, Building, Element, Role, Storey, TriangleMesh, plain_class
 from bimvox.bim.kinds.kind import Kind
+from bimvox.crane.kinematics import raised
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import SelectionError
 from bimvox.grid.frame import GridFrame, whole_cells
@@ -338,6 +339,7 @@ def cranes_on_ground(
         if given.base_m is None or len(given.base_m) < 3:
             x, y, _ = np.clip(frame.cell_of(crane.base_m), 0, [*(np.array(natural_m.shape) - 1), 0])
             crane = replace(crane, base_m=(*crane.base_m[:2], float(natural_m[x, y])))
+            crane = raised(crane, crane.base_m[2]) if config.moves else crane
         found.append(crane)
     return tuple(found)
 

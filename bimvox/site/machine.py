@@ -9,7 +9,7 @@ from math import degrees, radians
 from typing import Any, Literal
 
 from bimvox.crane.auxiliary import Auxiliary
-from bimvox.crane.kinematics import with_luffing_jib, with_reeving
+from bimvox.crane.kinematics import raised, with_luffing_jib, with_reeving
 from bimvox.crane.machine import Machine, carries_most, differences
 from bimvox.crane.sectors import charts_of
 from bimvox.crane.tower_crane import UNLIMITED, LuffingJib, Override, Reeving, SlowZone, TowerCrane
@@ -140,7 +140,7 @@ def _in_set_ups(config: SiteConfig, cranes: Sequence[TowerCrane]) -> tuple[Tower
             hint="give one place as [crane] base_m, or name a mobile crane",
         )
     return tuple(
-        replace(crane, name=f"{crane.name} at {one.name}", machine=crane.machine or crane.name)
+        replace(raised(crane, crane.base_m[2]), name=f"{crane.name} at {one.name}", machine=crane.machine or crane.name)
         for one, crane in zip(config.crane.setup, cranes, strict=True)
     )
 

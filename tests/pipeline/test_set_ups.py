@@ -2,6 +2,8 @@
 
 import json
 import struct
+from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -22,6 +24,9 @@ from bimvox.progress import SilentProgress
 from bimvox.records.motion import stays_of
 from bimvox.remarks.remarks import remarks_of
 from bimvox.rendering.pictures.cranes import poses_at, site_cranes
+from bimvox.site.build import with_digests
+from bimvox.site.moving import Moving
+from bimvox.site.site import Site
 
 
 @pytest.fixture(scope="module")
@@ -132,3 +137,23 @@ def test_what_is_not_built_for_a_crane_that_moves_says_so(tmp_path: Path) -> Non
         open_site(file)
     with pytest.raises(InputError, match="its crane moves between 2 set-ups"):
         optimise(file, progress=SilentProgress())
+
+
+@pytest.mark.parametrize(
+    "forge",
+    [
+        lambda site: None,  # two cranes at the same time
+        lambda site: replace(site.moving, rig_s=0.0),
+        lambda site: replace(site.moving, names=("east", "west")),
+    ],
+)
+def test_a_log_whose_crane_moves_in_another_way_than_its_site_file_says_is_refused(
+    tmp_path: Path, forge: Callable[[Site], Moving | None]
+) -> None:
+    record = planned_row().record
+    site = with_digests(replace(record.plan.site, moving=forge(record.plan.site)))
+    write_log_file(tmp_path / "row.mcap", replace(record, plan=replace(record.plan, site=site)))
+    document = verify(tmp_path / "row.mcap", progress=SilentProgress())
+    assert not document["verified"]
+    failures = document["checks"]["own_files"]["failures"]
+    assert any("set-ups of the crane" in failure for failure in failures), failures

@@ -44,6 +44,11 @@ def traffic_of(how: WatchWish) -> NamedTraffic:
 
 def insist_on_one_crane(site: Site) -> None:
     """Raise an error if a site has several cranes or none."""
+    if site.moving is not None:
+        raise InputError(
+            "--traffic: the crane of the site moves; a plan is carried out in traffic with one that stays where it is",
+            hint="leave --traffic out",
+        )
     if len(site.cranes) != 1:
         raise InputError(
             f"--traffic: the site has {len(site.cranes)} cranes; a plan is carried out in traffic with exactly one",

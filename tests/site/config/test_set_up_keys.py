@@ -69,3 +69,12 @@ def test_a_complete_site_file_keeps_the_set_ups(tmp_path: Path) -> None:
     again = tmp_path / "again.site.toml"
     again.write_text(site_toml(loaded.config))
     assert load_site_config(again).cranes == loaded.config.cranes
+
+
+def test_a_crane_on_higher_ground_has_a_higher_pivot(tmp_path: Path) -> None:
+    site = row(tmp_path, places={"low": (4.5, -5.5), "high": (34.5, -5.5, 1.5)}).site
+    low, high = (crane.luffing for crane in site.cranes)
+    assert low is not None and high is not None
+    assert high.pivot_height_m - low.pivot_height_m == pytest.approx(1.5)
+    assert high.tail_low_m - low.tail_low_m == pytest.approx(1.5)
+    assert high.highest_tip_m - low.highest_tip_m == pytest.approx(1.5)
