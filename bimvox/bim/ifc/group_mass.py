@@ -220,11 +220,13 @@ class GroupMasses:
 
 
 def _doubted_kg(masses: Sequence[Mass]) -> tuple[float, ...]:
-    """Return what several products are stated to weigh, and by volume and material, if one of them is doubtful."""
-    if not any(one.doubted_kg for one in masses):
-        return ()
+    """Return what several products are stated to weigh, and by volume and material, if that differs substantially.
+
+    A plate in a panel may be doubtful: it changes nothing.
+    """
     stated_kg, expected_kg = zip(*(one.doubted_kg or (one.kg, one.kg) for one in masses), strict=True)
-    return sum(stated_kg), sum(expected_kg)
+    least_kg, most_kg = sorted((sum(stated_kg), sum(expected_kg)))
+    return (sum(stated_kg), sum(expected_kg)) if most_kg - least_kg > SUBSTANTIAL * most_kg else ()
 
 
 def _sum(parts: list[Weighed]) -> Weighed:

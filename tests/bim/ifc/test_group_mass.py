@@ -12,7 +12,8 @@ import pytest
 from bimvox.bim.building import Building, Element, TriangleMesh
 from bimvox.bim.ifc.assembly import Aggregation, Extent, MeshedProduct
 from bimvox.bim.ifc.group_mass import GroupMasses, share_inside
-from bimvox.bim.ifc.mass import ASSEMBLY_LOW, REPEATED, REPEATED_WHOLE, WEIGHT_DOUBTFUL, WEIGHT_SLIP, Masses
+from bimvox.bim.ifc.group_mass import _doubted_kg as doubted
+from bimvox.bim.ifc.mass import ASSEMBLY_LOW, REPEATED, REPEATED_WHOLE, WEIGHT_DOUBTFUL, WEIGHT_SLIP, Mass, Masses
 from bimvox.bim.ifc.properties import Properties
 from bimvox.bim.mesh.repair import Solid
 from bimvox.bim.options import ReadOptions
@@ -45,6 +46,14 @@ def leaves(made: IfcMaker, materials: tuple[str | None, ...], ifc_class: str = "
 
 def has_note(building: Building, start: str) -> bool:
     return any(note.startswith(start) for note in building.notes)
+
+
+def test_a_doubtful_plate_in_a_panel_makes_the_panel_not_doubtful() -> None:
+    panel = Mass(10_000.0, "quantity")
+    assert doubted([panel, Mass(40.0, "quantity", doubted_kg=(2.0, 40.0))]) == ()
+    assert doubted([panel, panel]) == ()
+    half = Mass(9_000.0, "material", doubted_kg=(90.0, 9_000.0))
+    assert doubted([panel, half]) == (10_090.0, 19_000.0)
 
 
 @pytest.mark.parametrize("ifc_class", ["IfcElementAssembly", "IfcWall"])
