@@ -488,11 +488,6 @@ MUTANTS: dict[str, Mutant] = {
     "auxiliary hook taken off in no time": Mutant(
         flipping_site, "timeline", {"bimvox.motion.time_lift.raised_s": returning(lambda own: own - 90.0)}
     ),
-    "upright where its foot lay": Mutant(
-        flipping_site,
-        "ends",
-        {"bimvox.records.lift.hook_at_vox": returning(lambda own: (own[0] - 6, own[1]))},
-    ),
     "clearance of last moves forgotten": Mutant(
         lowered_beside_something, "rest_margin", {"bimvox.planning.beside.Column.kept_vox": always(2)}
     ),
