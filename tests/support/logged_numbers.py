@@ -275,10 +275,8 @@ class Logged:
 
     def bar(self, lift: dict[str, Any]) -> str:
         """The title of a lift's bar."""
-        ends = lift["start_s"] + lift["duration_s"]
         words = [f"Lift {lift['number']}: {lift['name'] or lift['global_id']}", self.parts[lift["component"]].storey]
-        words.append(f"{clock(lift['start_s'])} to {clock(ends)}, {span(lift['duration_s'])}")
-        words.append(date(lift["begins"]) if lift["begins"] else None)
+        words.append(f"{when(lift, 'begins', 'start_s')}, {span(lift['duration_s'])}")
         if lift["order"] in self.motions:
             share = self.governing(lift)["share"]
             critical = ", critical" if share >= self.site.rules.critical_share else ""

@@ -88,13 +88,14 @@ def test_every_lift_is_in_the_list_with_the_numbers_of_the_log(seen):
         assert terms["Shortest"] == f"{lift.shortest_moves} cells"
         found_by = {Method.POLICY: "policy", Method.GREEDY: "towards the target", Method.SEARCH: "search (A*)"}
         assert terms["Found by"] == found_by[lift.method]
-        assert terms["Begins"] == clock(motion.start_ns / 1e9)
+        minutes = 7 * 60 + 30 + (motion.start_ns - log.motions[0].start_ns) // (60 * 10**9)  # unloading comes first
+        assert terms["Begins"] == f"day 1 {minutes // 60:02}:{minutes % 60:02}"
         assert terms["Bound"].startswith(f"{motion.loaded.bound_s:.1f} s")
         assert terms["Carrying"] == f"{motion.loaded.duration_s:.1f} s"
         crane = log.plan.site.cranes[0]
         assert terms["On the hook"].startswith(f"{(component.mass_kg + crane.tackle_kg) / 1000:.2f} t ")
         radius_m = max(motion.raising.radius_m.max(), motion.loaded.radius_m.max())
-        assert terms["Capacity"].endswith(f"at {radius_m:.2f} m")
+        assert terms["Gross capacity"].endswith(f"at {radius_m:.2f} m")
         share = float(terms["Utilisation"].removesuffix(" %"))
         assert f"{share:.0f} %" in rows[motion.order]
         assert "✓ Proven" in seen.text("#panel-part")

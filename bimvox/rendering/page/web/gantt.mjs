@@ -90,7 +90,7 @@ export class Gantt {
     const long = ends - lift.begins_s;
     const part = app.parts[lift.part];
     const use = lift.governs?.utilisation ?? null;
-    const words = [`Lift ${lift.number}: ${nameOf(part)}`, part.storey, `${plan.dateAt(lift.begins_s) ?? clock(lift.begins_s)}, ${span(long)}`, lift.governs && `${use === null ? "beyond the load chart" : `${percent(use)} of the capacity`}${lift.critical ? ", critical" : ""}`];
+    const words = [`Lift ${lift.number}: ${nameOf(part)}`, part.storey, `${lift.begins_in_words ?? clock(lift.begins_s)}, ${span(long)}`, lift.governs && `${use === null ? "beyond the load chart" : `${percent(use)} of the capacity`}${lift.critical ? ", critical" : ""}`];
     const bar = el("button", { type: "button", tabindex: "-1", title: words.filter(Boolean).join("\n"), "aria-label": words.filter(Boolean).join(", "), "data-part": lift.part, onclick: () => this._choose(lift) }, el("span", {}, String(lift.number)));
     bar.className = lift.critical ? "hot-bar" : "";
     bar.style.left = `${100 * this._share(lift.begins_s)}%`;
