@@ -117,7 +117,7 @@ def test_with_a_calendar_the_axis_has_its_days(browser, tmp_path):
     days = seen.page.eval_on_selector_all("#gantt .axis .day", "(all) => all.map((one) => one.innerText)")
     assert days
     assert days[0] == f"{first:%a} {first.day} {first:%b %H:%M}"
-    assert f"{first.day} {first:%b %Y}" in seen.page.get_attribute("#gantt .track button", "title")
+    assert f"{first.day} {first:%B %Y}" in seen.page.get_attribute("#gantt .track button", "title")
     seen.page.context.close()
 
 
