@@ -17,6 +17,7 @@ from bimvox.policy import store
 from bimvox.policy.config import DqnConfig
 from bimvox.policy.generalist.weights import load_generalist
 from bimvox.policy.manifest import TrainedPolicy
+from bimvox.site.working_hours import public_holidays
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
@@ -38,6 +39,7 @@ for name in bimvox.__all__:
 @pytest.fixture
 def without_extras(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have Python find none of the extras' packages."""
+    public_holidays.cache_clear()
     for name in tuple(sys.modules):
         if name.split(".")[0] in MODULES:
             monkeypatch.setitem(sys.modules, name, None)

@@ -27,9 +27,11 @@ def show_table(console: Console, name: str, document: Document, *, verbose: bool
 
 def _lifts(console: Console, document: Document, verbose: bool) -> None:
     cranes = bool(document["figures"].get("cranes"))
-    columns = {name: of for name, of in (LIFT | (_HOW if verbose else {})).items() if name != "crane" or cranes}
+    columns = {name: of for name, of in LIFT.items() if name != "crane" or cranes}
     lifts = [lift for lift in document["lifts"] if lift["status"] == "planned"]
     table(console, columns, lifts, title=f"lifts: {len(lifts):,}; {GROSS}", limit=None)
+    if verbose:  # both would not fit side by side on a usual terminal
+        table(console, _HOW, lifts, title="how their paths were found", limit=None)
 
 
 def _parts(console: Console, document: Document, _: bool) -> None:
@@ -90,6 +92,7 @@ LIFT: dict[str, Column] = {
 }
 """What a planner wants to know of a lift."""
 _HOW: dict[str, Column] = {
+    "lift": "number",
     "component": "component",
     "found by": lambda lift: lift.get("planner") or lift["method"],
     "moves": "moves",
