@@ -65,7 +65,7 @@ def chosen_places(stands: Stands, under: Sequence[NDArray[np.int64]], order: Seq
     found: list[int] = []
     rank = (0, 0.0)
     while len(found) < most:
-        tried = [(_best_at(stands, under, order, found, at, None), at) for at in range(len(found) + 1)]
+        tried = [(_best_at(stands, under, order, found, at), at) for at in range(len(found) + 1)]
         ((served, reach_m), place), at = min(tried, key=lambda one: (one[0][0], one[1]))
         if served >= rank[0]:
             break
@@ -95,24 +95,16 @@ def _exchanged(
     while better:
         better = False
         for at in range(len(found)):
-            now, place = _best_at(stands, under, order, found[:at] + found[at + 1 :], at, found[at])
+            now, place = _best_at(stands, under, order, found[:at] + found[at + 1 :], at)
             if now < rank:
                 found, rank, better = [*found[:at], place, *found[at + 1 :]], now, True
     return found, rank
 
 
 def _best_at(
-    stands: Stands,
-    under: Sequence[NDArray[np.int64]],
-    order: Sequence[int],
-    found: Sequence[int],
-    at: int,
-    usual: int | None,
+    stands: Stands, under: Sequence[NDArray[np.int64]], order: Sequence[int], found: Sequence[int], at: int
 ) -> tuple[tuple[int, float], int]:
-    """Return the best rank with one more place at a position of the set-ups, and that place.
-
-    ``usual``: the place that is taken if none is better.
-    """
+    """Return the best rank with one more place at a position of the set-ups, and that place."""
     count = len(stands.served)
     places = np.empty((len(found) + 1, count), np.int64)
     places[:at], places[at], places[at + 1 :] = (
@@ -120,8 +112,6 @@ def _best_at(
     )  # fmt: skip
     served, reach_m = _ranks(stands, under, order, places)
     best = int(np.lexsort((np.arange(count), reach_m, served))[0])
-    if usual is not None and (served[usual], reach_m[usual]) <= (served[best], reach_m[best]):
-        best = usual
     return (int(served[best]), float(reach_m[best])), best
 
 
@@ -135,7 +125,7 @@ def _rank(
 def _ranks(
     stands: Stands, under: Sequence[NDArray[np.int64]], order: Sequence[int], places: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return (C,) how many parts each of (S, C) set-ups serve, negative, and the sum of their radii in millimetres."""
+    """Return (C,) how many parts each of (S, C) set-ups serve, negative, and the sum of their radii, to the mm."""
     lifted = np.flatnonzero(~stands.free)
     which = _assigned(stands, under, order, places)[lifted]
     radius_m = stands.radius_m[places[np.maximum(which, 0), np.arange(which.shape[1])], lifted[:, None]]

@@ -1,5 +1,5 @@
 import pytest
-from box_sites import box_site
+from box_sites import PORTAL, box_site
 from moving_sites import row
 
 from bimvox.errors import InputError
@@ -9,13 +9,6 @@ from bimvox.planning.planner import plan_lifts
 from bimvox.proof.plan import verify_plan
 from bimvox.records.lift import Status
 from bimvox.site.site import Rules
-
-PORTAL = [
-    ("slab", (1.0, 1.0, 3.4), (5.0, 2.0, 3.6)),
-    ("beam", (1.0, 1.4, 3.0), (5.0, 1.6, 3.4)),
-    ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
-    ("right", (4.8, 1.4, 0.0), (5.0, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
-]
 
 
 @pytest.fixture(scope="module")

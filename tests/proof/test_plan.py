@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from box_sites import box_cells, box_mesh, box_site, test_crane
+from box_sites import PORTAL, box_cells, box_mesh, box_site, test_crane
 
 from bimvox.planning.order_search import prepare
 from bimvox.planning.planner import plan_lifts
@@ -14,13 +14,6 @@ from bimvox.records.lift import ModelledClash, Status
 from bimvox.records.proof import Check
 from bimvox.site.parts import sail_area_m2
 from bimvox.site.site import Blocker, Rules
-
-PORTAL = [
-    ("slab", (1.0, 1.0, 3.4), (5.0, 2.0, 3.6)),
-    ("beam", (1.0, 1.4, 3.0), (5.0, 1.6, 3.4)),
-    ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
-    ("right", (4.8, 1.4, 0.0), (5.0, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
-]
 
 
 @pytest.fixture(scope="module")

@@ -34,6 +34,14 @@ _FACES = np.array(
     np.int32,
 )
 
+PORTAL = [
+    ("slab", (1.0, 1.0, 3.4), (5.0, 2.0, 3.6)),
+    ("beam", (1.0, 1.4, 3.0), (5.0, 1.6, 3.4)),
+    ("left", (1.0, 1.4, 0.0), (1.2, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
+    ("right", (4.8, 1.4, 0.0), (5.0, 1.6, 2.98), {"ifc_class": "IfcColumn", "erected": True}),
+]
+"""A beam and a slab on two columns."""
+
 
 def box_mesh(low, high) -> TriangleMesh:
     corners = np.array(list(itertools.product(*zip(low, high, strict=True))), float)[:, ::1]
