@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from bimvox.rendering.page.page import page_of
 from bimvox.rendering.page.source import PageSource
 
 WAIT_MS = 60_000
+SHOWN_S = 10.0
 
 
 class Seen:
@@ -63,6 +65,25 @@ class Seen:
         self.drawn()
         data = self.page.locator("#canvas").screenshot()
         return np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(int)
+
+    def shows(self, condition: Callable[[np.ndarray], bool]) -> bool:
+        """Whether the view comes to look as the condition asks.
+
+        A software compositor on a busy machine shows the earlier frame for a while after the page has drawn.
+        """
+        deadline = time.monotonic() + SHOWN_S
+        while not condition(self.picture()):
+            if time.monotonic() > deadline:
+                return False
+        return True
+
+    def shows_same(self, picture: np.ndarray) -> bool:
+        """Whether the view comes to be equal to an earlier picture, pixel by pixel."""
+        return self.shows(lambda shown: shown.shape == picture.shape and bool((shown == picture).all()))
+
+    def shows_other(self, picture: np.ndarray, *, by: int, pixels: int = 0) -> bool:
+        """Whether more than ``pixels`` of the view come to differ from an earlier picture by more than ``by``."""
+        return self.shows(lambda shown: bool((np.abs(shown - picture).max(axis=2) > by).sum() > pixels))
 
 
 def show(browser: Any, folder: Path, source: PageSource, **context: Any) -> Seen:

@@ -121,7 +121,7 @@ def test_sliding_shows_that_time_and_playing_continues(seen):
     seen.page.keyboard.press("Escape")
     seen.page.click("#play")
     stopped = seen.text("#clock")
-    assert np.abs(seen.picture() - before).max() > 50
+    assert seen.shows_other(before, by=50)
     assert seen.text("#clock") == stopped
     seen.page.click("#next")
     assert seen.text("#clock") == clock(last.end_ns / 1e9)
@@ -253,7 +253,7 @@ def test_every_layer_changes_the_picture(seen, layer):
     seen.page.click("#layers summary")
     seen.page.click(f'[data-layer="{layer}"]')
     seen.page.click("#layers summary")
-    assert (np.abs(seen.picture() - before).max(axis=2) > 24).sum() > 20
+    assert seen.shows_other(before, by=24, pixels=20)
 
 
 def test_the_plan_says_how_it_was_proven_and_from_what(seen):
@@ -416,7 +416,7 @@ def test_revisions_are_switched_and_say_what_changed(browser, tmp_path):
     picture = seen.picture()
     seen.page.click("#revision-earlier")
     assert seen.text("#proof") == "✓ proven"
-    assert np.abs(seen.picture() - picture).max() > 50  # the truck is present
+    assert seen.shows_other(picture, by=50)  # the truck is present
     seen.page.keyboard.press("]")
     assert seen.page.input_value("#revision") == "1"
     assert seen.complaints == []

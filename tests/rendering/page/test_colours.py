@@ -97,14 +97,14 @@ def test_every_colouring_has_a_legend_that_counts_all_parts(browser, tmp_path):
         seen.page.keyboard.press("c")
         assert seen.page.input_value("#colour") == by
         assert sum(int(entry.rsplit("(", 1)[1][:-1]) for entry in entries(seen)) == 3, by
-        assert (np.abs(seen.picture() - before).max(axis=2) > 40).sum() > 100, by
+        assert seen.shows_other(before, by=40, pixels=100), by
         assert seen.text("#legend summary") == f"Legend: parts by {by}"
     assert entries(seen) == ["serious (1)", "minor (1)", "note (1)"]
     seen.page.keyboard.press("Shift+C")
     assert seen.page.input_value("#colour") == "storey"
     seen.page.select_option("#colour", "status")
     assert entries(seen) == []
-    assert (seen.picture() == before).all()
+    assert seen.shows_same(before)
     assert seen.complaints == []
     seen.page.context.close()
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 
-import numpy as np
 import pytest
 from log_building import tiny_log
 from page_program import needs_node, program_says
@@ -34,7 +33,7 @@ def test_rings_are_drawn_and_named_with_the_capacity_of_the_log(seen):
     crane = tiny_log().plan.site.cranes[0]
     before = seen.picture()
     seen.page.keyboard.press("b")
-    assert (np.abs(seen.picture() - before).max(axis=2) > 40).sum() > 200
+    assert seen.shows_other(before, by=40, pixels=200)
     words = seen.page.eval_on_selector_all("#labels span", "(all) => all.map((one) => one.textContent)")
     capacity_kg = dict(zip(crane.chart.radius_m, crane.chart.capacity_kg, strict=True))
     named = [word.split(" m: ") for word in words if ": " in word]

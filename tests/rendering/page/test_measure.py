@@ -41,7 +41,7 @@ def test_the_distance_between_two_corners_is_that_of_the_log(seen):
     seen.page.mouse.click(*one)
     before = seen.picture()
     seen.page.mouse.click(*other)
-    assert (np.abs(seen.picture() - before).max(axis=2) > 40).sum() > 50, "no line is drawn"
+    assert seen.shows_other(before, by=40, pixels=50), "no line is drawn"
     measured = seen.page.evaluate("() => page.measure.points")
     every = np.concatenate([part.mesh.vertices_m for part in site.components])
     for point in measured:  # a corner of some part, to the step of the page's lattice

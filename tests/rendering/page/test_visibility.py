@@ -79,12 +79,12 @@ def test_the_search_filters_the_view(seen):
     seen.page.keyboard.press("/")
     seen.page.keyboard.type("no such part")
     assert looks(seen) == [HIDDEN] * 3
-    assert orange(seen.picture()) < whole / 4
+    assert seen.shows(lambda shown: orange(shown) < whole / 4)
     assert seen.text("#filter-words") == "0 of 3 parts shown: search “no such part”"
     seen.page.keyboard.press("Escape")
     assert looks(seen) == [SEEN] * 3
     assert not seen.page.is_visible("#filter")
-    assert orange(seen.picture()) == whole
+    assert seen.shows(lambda shown: orange(shown) == whole)
     seen.page.keyboard.press("u")
     assert seen.page.input_value("#search") == "no such part"
     assert looks(seen) == [HIDDEN] * 3
@@ -97,13 +97,11 @@ def test_a_part_is_isolated_hidden_or_a_ghost_by_keys_and_undone_by_one(seen):
     whole = pink(seen.picture())
     seen.page.keyboard.press("h")
     assert looks(seen) == [SEEN, SEEN, HIDDEN]
-    hidden = pink(seen.picture())
-    assert hidden < whole - 50
+    assert seen.shows(lambda shown: pink(shown) < whole - 50)
     assert "hidden in the view" in seen.text('#list tr[data-part="2"]')
     seen.page.keyboard.press("g")
     assert looks(seen) == [SEEN, SEEN, GHOST]
-    ghost = seen.picture()
-    assert pink(ghost) < whole - 50
+    assert seen.shows(lambda shown: pink(shown) < whole - 50)
     seen.page.keyboard.press("i")
     assert looks(seen) == [HIDDEN, HIDDEN, SEEN]
     assert seen.text("#filter-words") == "1 of 3 parts shown: Beam isolated"
@@ -111,7 +109,7 @@ def test_a_part_is_isolated_hidden_or_a_ghost_by_keys_and_undone_by_one(seen):
     for wanted in ([SEEN, SEEN, GHOST], [SEEN, SEEN, HIDDEN], [SEEN, SEEN, SEEN]):
         seen.page.keyboard.press("u")
         assert looks(seen) == wanted
-    assert pink(seen.picture()) == whole
+    assert seen.shows(lambda shown: pink(shown) == whole)
 
 
 @pytest.mark.browser
