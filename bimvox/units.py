@@ -26,6 +26,9 @@ def mass_text(mass_kg: float) -> str:
 NS_PER_S = 1_000_000_000
 """Nanoseconds in a second."""
 
+NS_PER_H = 3600 * NS_PER_S
+"""Nanoseconds in an hour."""
+
 
 def metres_per(unit: str) -> float:
     """Return the length of one ``unit`` in metres.

@@ -17,9 +17,9 @@ from bimvox.exporters.text import table
 from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog, log_times
 from bimvox.log.recorder import write_log
-from bimvox.records.dates import PlanDates
 from bimvox.records.declared import Maybe, Number, Record
 from bimvox.records.lift import Lift, Status
+from bimvox.records.plan_dates import PlanDates
 from bimvox.records.track import LoadTrack
 from bimvox.records.unloading import Lorries, UnloadingLift, average, deliveries_of, lorries_of, unloading_lifts
 from bimvox.rendering.page.lifts import LIFT as PAGE_LIFT

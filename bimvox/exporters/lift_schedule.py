@@ -10,9 +10,10 @@ from math import floor
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
-from bimvox.records.dates import Crew, PlanDates, casting_crew, crew_of, erection_crews, unloading_crew
+from bimvox.records.crews import Crew, casting_crew, crew_of, erection_crews, unloading_crew
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
+from bimvox.records.plan_dates import PlanDates
 from bimvox.records.steps import Step, Steps, cured_ns
 from bimvox.records.track import LoadTrack
 from bimvox.site.component import Component

@@ -17,7 +17,7 @@ from bimvox.exporters.ms_project import to_ms_project
 from bimvox.log.layout import layout_bytes
 from bimvox.log.mcap.reader import read_contents
 from bimvox.log.plan_log import PlanLog, with_full_rate
-from bimvox.records.dates import PlanDates
+from bimvox.records.plan_dates import PlanDates
 
 
 @dataclass(frozen=True, slots=True, eq=False)

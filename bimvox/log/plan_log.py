@@ -18,9 +18,10 @@ from pydantic import ValidationError
 
 from bimvox.errors import ConfigError, SelectionError
 from bimvox.motion.steps import steps_of_log
-from bimvox.records.dates import PlanDates, dates_of
+from bimvox.records.dates import dates_of
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import TRACKS, CarriedOut, LiftMotion
+from bimvox.records.plan_dates import PlanDates
 from bimvox.records.programme import against_programme
 from bimvox.records.proof import Remark, Severity
 from bimvox.records.props import Props, Standing

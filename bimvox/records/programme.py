@@ -15,8 +15,7 @@ from bimvox.site.config.calendar import UncertaintyConfig
 from bimvox.site.programme import PlannedPart, Programme, ProgrammeTask
 from bimvox.site.work import Work
 from bimvox.site.working_hours import FIRST_YEAR, LAST_YEAR, WorkingHours
-
-_NS_PER_H = 3.6e12
+from bimvox.units import NS_PER_H
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +146,7 @@ def added_ns(
     if deliveries and uncertainty.late_lorries:
         share = uncertainty.late_lorries * _drawn(random, uncertainty.haulier, (len(taken), 1))
         late = random.random((len(taken), deliveries)) < share
-        added += (late * _drawn(random, uncertainty.late_h, late.shape)).sum(axis=1) * _NS_PER_H
+        added += (late * _drawn(random, uncertainty.late_h, late.shape)).sum(axis=1) * NS_PER_H
     if weather is not None:
         shares = np.array(weather.shares) * _drawn(random, uncertainty.season, (len(taken), 1))
         lost = (random.random((len(taken), len(weather.shares))) < shares).sum(axis=1)

@@ -130,7 +130,7 @@ def _dating(log: PlanLog, wanted: Format, begins: datetime | None) -> Iterator[s
     """Yield what a reader of the file must know about its dates."""
     from bimvox.exporters.lift_schedule import DEFAULT_BEGIN
     from bimvox.log.plan_log import log_dates
-    from bimvox.records.dates import in_words
+    from bimvox.records.plan_dates import in_words
 
     dates = log_dates(log, begins)
     if dates is not None and (wanted.is_dated or wanted.name in ("csv", "json")):

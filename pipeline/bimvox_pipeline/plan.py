@@ -22,9 +22,9 @@ from bimvox.motion.steps import steps_of
 from bimvox.planning.stage import refused_by_crane
 from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
-from bimvox.records.dates import PlanDates
 from bimvox.records.lift import LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
+from bimvox.records.plan_dates import PlanDates
 from bimvox.records.steps import needed_by_ns, not_lifted_groups, set_up_documents
 from bimvox.records.unloading import deliveries_of
 from bimvox.remarks.proven_props import proven_props

@@ -21,7 +21,7 @@ from bimvox.exporters.ifc import with_schedule
 from bimvox.exporters.lift_schedule import DEFAULT_BEGIN, LiftSchedule, duration_text, schedule_of
 from bimvox.exporters.ms_project import NAMESPACE, to_ms_project
 from bimvox.log.plan_log import PlanLog, log_dates
-from bimvox.records.dates import PlanDates
+from bimvox.records.plan_dates import PlanDates
 
 CALENDAR = b'\n[calendar]\nstart = 2026-04-02\ncountry = "DE"\nshifts = ["22:00-06:00"]\nbreaks = ["22:30-22:40"]\n'
 MODEL = Path(__file__).parents[2] / "sample_models" / "frame.ifc"

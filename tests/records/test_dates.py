@@ -13,9 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from two_cranes import two_crane_plan
 
-from bimvox.records.dates import Crew, PlanDates, WorkTime, blocks_of, crew_hours, dates_of, hire_days
+from bimvox.records.crews import Crew, crew_hours
+from bimvox.records.dates import blocks_of, dates_of, hire_days
+from bimvox.records.plan_dates import PlanDates
 from bimvox.records.steps import Pause, Step, Steps
 from bimvox.records.unloading import Unloading
+from bimvox.records.work_time import WorkTime
 from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.means import Means
 from bimvox.site.working_hours import DAYS

@@ -24,7 +24,7 @@ from bimvox.planning.order_search import prepare
 from bimvox.planning.preparation import Preparation
 from bimvox.planning.stacks import is_stacked
 from bimvox.progress import Progress
-from bimvox.records.dates import WorkTime
+from bimvox.records.work_time import WorkTime
 from bimvox.site.config.calendar import CalendarConfig, Rates
 from bimvox.site.config.gear_file import gear_by_crane
 from bimvox.site.config.site_config import Polygon

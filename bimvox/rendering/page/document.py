@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from bimvox.grid.frame import Label
 from bimvox.grid.summed_area import boxes_of
-from bimvox.records.dates import TIME, PlanDates
 from bimvox.records.declared import LATER, Count, Maybe, Record, Several
 from bimvox.records.lift import Lift, Status, by_change
+from bimvox.records.plan_dates import TIME, PlanDates
 from bimvox.records.proof import REMARK
 from bimvox.records.steps import Steps
 from bimvox.records.unloading import unloading_lifts

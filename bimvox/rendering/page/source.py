@@ -7,9 +7,10 @@ from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 
 from bimvox.motion.steps import steps_of_log
-from bimvox.records.dates import PlanDates, dates_of
+from bimvox.records.dates import dates_of
 from bimvox.records.lift import Lift, LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
+from bimvox.records.plan_dates import PlanDates
 from bimvox.records.proof import Remark, Severity, Verification, are_clean, in_words
 from bimvox.records.props import Props, Standing
 from bimvox.records.steps import Steps, by_other_means, proven_in_words

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from datetime import datetime, timedelta
 from typing import Any
 
-from bimvox.records.dates import PlanDates
+from bimvox.records.plan_dates import PlanDates
 from bimvox.records.props import Held
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.html import element, number, paragraph, row, section, table, tag

@@ -15,9 +15,9 @@ from bimvox.crane.outline import outline_of
 from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.grid.frame import Label
 from bimvox.motion.figures import driven_rates, hook_travel_m, plan_figures
-from bimvox.records.dates import PlanDates
 from bimvox.records.lift import Lift, Status
 from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.plan_dates import PlanDates
 from bimvox.records.steps import Steps, not_lifted_groups, set_up_documents
 from bimvox.remarks.cranes import least_height_m
 from bimvox.remarks.subject import Subject

@@ -15,7 +15,7 @@ from opened_pages import revision_of
 
 from bimvox.exporters.csv_json import json_bytes
 from bimvox.log.plan_log import log_dates, log_times
-from bimvox.records.dates import in_words
+from bimvox.records.plan_dates import in_words
 from bimvox.rendering.page.document import document_of
 from bimvox.rendering.page.lifts import lift_record
 from bimvox.rendering.page.source import PageSource
