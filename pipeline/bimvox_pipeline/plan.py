@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, BinaryIO, Self, cast
 
@@ -32,6 +32,7 @@ from bimvox.rendering.page.lifts import FLIP, governing
 from bimvox.site.config.calendar import CalendarConfig, CostsConfig
 from bimvox.site.site import Site, names_by_id
 from bimvox.workers import Workers
+from bimvox_pipeline.watch.log import segments_on_disk
 
 
 def plan(
@@ -254,6 +255,8 @@ def _crane_document(crane: CraneFigures) -> dict[str, Any]:
 class LogAhead:
     """Writes the log of a plan; leaving the block removes what was begun in vain.
 
+    Next to revisions of a watch it is a later revision than all of them: otherwise they would replace it.
+
     ``inputs`` are files that it must not replace; ``full_rate`` is that of :func:`bimvox.write_log`.
     """
 
@@ -292,6 +295,8 @@ class LogAhead:
 
     def _written(self, record: PlanLog, workers: Workers, target: _Target) -> Path:
         record = with_full_rate(record) if self._full_rate else record
+        with suppress(OSError):  # a folder that can be written to may not be listed
+            record = replace(record, revision=1 + max(segments_on_disk(self._path), default=record.revision - 1))
         return written_aside(self._path, lambda stream: write_log(target.on(stream), record, workers=workers))
 
     def _give_up(self) -> None:

@@ -10,6 +10,7 @@ from bimvox_cli.main import run as main
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.site import init
 from bimvox_pipeline.verify import verify
+from bimvox_pipeline.watch.log import read_newest
 from planned_frame import plan_it, write_site
 
 from bimvox.bim.read import read_building
@@ -304,3 +305,18 @@ def test_a_crane_too_weak_for_everything_is_reported_before_training(site_folder
     with pytest.raises(NoPlanError, match=r"governing radius .* carries 600 kg"):
         plan_again(site_folder)
     assert not (site_folder / "again.mcap").exists()
+
+
+@pytest.mark.slow
+def test_a_plan_that_is_made_again_after_a_watch_is_its_newest_revision(site_folder):
+    log = site_folder / "frame.mcap"
+    first = read_log(log)
+    assert first.revision == 0
+    with (site_folder / "frame.r0003.mcap").open("wb") as stream:
+        write_log(stream, replace(first, revision=3))
+    plan_again(site_folder, "frame.mcap")
+    assert read_log(log).revision == 4
+    newest = read_newest(log, None, SilentProgress())
+    assert newest is not None
+    assert newest.log.revision == 4
+    assert verify(log, progress=SilentProgress())["verified"] is True
