@@ -61,6 +61,7 @@ class PlanFigures:
         swing: Whether the crane's moves are shaped against the swing of loads; None without a crane.
         cranes: Each crane, if the site has several.
         wind: The smallest wind in which every planned lift is permitted; None without a crane.
+        moves_s: How long a crane takes from one set-up to the next, all moves together; 0 of others and of an extract.
         hire_days: For how many days the crane is hired, see ``PlanDates.hire_days``; None without a crane, or of an
             extract.
         cost: What the work costs; None as for ``hire_days``, or if no rates are given.
@@ -82,6 +83,7 @@ class PlanFigures:
     wind: GoverningWind | None = None
     highest: float | None = None
     unloading: Unloading | None = None
+    moves_s: float = 0.0
     hire_days: int | None = None
     cost: Cost | None = None
 
@@ -140,6 +142,7 @@ def plan_figures(
         wind=governing_wind(plan.site, (plan.site.components[lift.component] for lift in planned), limits),
         highest=highest if isfinite(highest) else None,
         unloading=unloading_of(calendar, plan.site, plan.lifts) if motions else None,
+        moves_s=0.0 if steps is None else steps.moved_ns / 1e9,
         hire_days=None if steps is None else hire_days(calendar, plan.site, plan.lifts, motions, steps),
     )
     return figures if costs is None else replace(figures, cost=_cost(costs, calendar, plan.site, figures))
@@ -150,10 +153,11 @@ def _cost(costs: CostsConfig, calendar: CalendarConfig, site: Site, figures: Pla
     unloading, hours_s, days = figures.unloading, figures.crane_s, figures.hire_days
     if unloading is None or hours_s is None or days is None:
         return None
-    machines = [machine_of_crane(crane) for crane in site.cranes]
+    # One that moves is one machine, wherever it stands, and its crew moves it.
+    machines = [machine_of_crane(crane) for crane in (site.cranes if site.moving is None else site.cranes[:1])]
     first, *others = (rates_of(costs, calendar, one.name, one.kind, one.load_moment_tm) for one in machines)
     rates = first.with_deliveries(unloading.seconds / 3600.0, costs.lorry * unloading.lorries)
-    cost = reduce(Rates.with_another, others, rates).cost(hours_s / 3600.0, days)
+    cost = reduce(Rates.with_another, others, rates).cost((hours_s + figures.moves_s) / 3600.0, days)
     return replace(cost, currency=costs.currency, source=costs.source)
 
 

@@ -149,6 +149,11 @@ class Steps:
         return self._paused_ns(len(self.pauses))
 
     @property
+    def moved_ns(self) -> int:
+        """How long the crane moves between its set-ups, all moves together."""
+        return sum(move.ends_ns - move.begins_ns for move in self.moves)
+
+    @property
     def of_order(self) -> dict[int, Step]:
         """The steps by order."""
         return {step.order: step for step in self.steps}

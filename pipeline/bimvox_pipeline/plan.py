@@ -227,6 +227,7 @@ def figures_document(figures: PlanFigures) -> dict[str, Any]:
         "unloading_hours": None if figures.unloading is None else round(figures.unloading.seconds / 3600.0, 6),
         "hook_hours": None if figures.hook_s is None else round(figures.hook_s / 3600.0, 6),
         "unloading": None if figures.unloading is None else asdict(figures.unloading),
+        **({"move_hours": round(figures.moves_s / 3600.0, 6)} if figures.moves_s else {}),
         "hire_days": figures.hire_days,
         **({} if figures.cost is None else {"cost": figures.cost.document()}),
         "loaded_hours": None if figures.loaded_s is None else round(figures.loaded_s / 3600.0, 6),

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 from drawn_plans import motions_by_hand, plan_by_hand
+from moving_sites import planned_row
 from planned_sites import planned, portal_crane, portal_site
 
 from bimvox.crane.kinematics import hook_of
@@ -83,3 +84,17 @@ def test_the_cost_is_that_of_the_cranes_hours_days_and_lorries():
     assert figures.cost.currency == "USD"
     assert plan_figures(plan, motions, calendar, None, costs).cost is None, "of an extract, the days are not known"
     assert plan_figures(plan, motions, calendar, Steps()).cost is None
+
+
+def test_a_crane_that_moves_is_paid_once_and_its_crew_for_the_moves():
+    record = planned_row().record
+    costs, calendar = CostsConfig(), CalendarConfig()
+    figures = plan_figures(record.plan, record.motions, calendar, record.steps, costs)
+    machine = machine_of_crane(record.plan.site.cranes[0])
+    rates = rates_of(costs, calendar, machine.name, machine.kind, machine.load_moment_tm)
+    (move,) = record.steps.moves
+    assert figures.moves_s == (move.ends_ns - move.begins_ns) / 1e9 > 3600.0
+    hours = (figures.crane_s + figures.unloading.seconds + figures.moves_s) / 3600.0
+    assert figures.cost.crew == pytest.approx(rates.hour * hours)
+    assert figures.cost.hire == rates.hires[0].total(figures.hire_days)
+    assert figures.cost.set_up == rates.set_up
