@@ -30,6 +30,7 @@ class Chosen:
         begins: When the first lift starts, local time; of the dated formats.
         dates: The plan in calendar time; None for round the clock.
         model: Name and bytes of the IFC file that the plan was made from; needed for ``ifc`` alone.
+        note: Told what the format does not have of it.
     """
 
     log: PlanLog
@@ -37,6 +38,7 @@ class Chosen:
     begins: datetime
     dates: PlanDates | None = None
     model: tuple[Path, bytes] | None = None
+    note: Callable[[str], None] = lambda _: None
 
     @property
     def part(self) -> PlanLog:
@@ -52,7 +54,7 @@ class Chosen:
 def _with_schedule(chosen: Chosen) -> bytes:
     if chosen.model is None:
         raise InputError("the ifc format adds the schedule to the building's own file", hint="give it as model")
-    return with_schedule(*chosen.model, chosen.schedule)
+    return with_schedule(*chosen.model, chosen.schedule, chosen.note)
 
 
 WRITERS: dict[str, Callable[[Chosen], bytes]] = {

@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from datetime import datetime, timedelta
 from itertools import count
-from typing import NamedTuple
 from xml.etree import ElementTree
 
+from bimvox.bim.task_ranks import Link
 from bimvox.exporters.lift_schedule import LiftSchedule, LiftTask, Preparation, duration_text, time_text
+from bimvox.exporters.outline import Row, outline_of
 from bimvox.exporters.text import for_xml
-from bimvox.units import NS_PER_S
 
 NAMESPACE = "http://schemas.microsoft.com/project"
 
 _GLOBAL_ID_FIELD = "188743731"  # Text1 of a task
 _ELAPSED_MINUTES = "4"  # of DurationFormat: elapsed time, not working hours
-_FINISH_TO_FINISH = "0"
-_FINISH_TO_START = "1"
+_LINKS = {Link.FINISH_FINISH: "0", Link.FINISH_START: "1"}
 _AS_SOON_AS_POSSIBLE, _NOT_EARLIER = "0", "4"  # of ConstraintType
 _TENTHS_OF_MINUTES = 10
 _EQUIPMENT = "1"  # of a resource's Type: work, which includes equipment (0 is material)
 _FIXED_DURATION = "1"
 _CALENDAR = "1"
-_KINDS = {"other": "Other parts", "steel": "Steel"}
 _MINUTES = "3"  # of DurationFormat: working minutes
 
 
@@ -64,134 +62,26 @@ def to_ms_project(schedule: LiftSchedule) -> bytes:
     first_uid = len(schedule.tasks) + 1
     preparing = {first_uid + n: one for n, one in enumerate(schedule.preparations)}
     tasks = _add(project, "Tasks")
-    rows = list(_rows(schedule, preparing))
-    links = {one.uid: list(_links(schedule, preparing, one)) for one in rows}
-    critical = _critical(schedule, rows, links)
-    for row, one in enumerate(rows):
-        entry = _task(tasks, row, one, is_critical=one.uid in critical)
-        if isinstance(one.task, LiftTask):
-            _fill(entry, Notes=one.task.description)
-        for before, kind, gap in links[one.uid]:
-            lag = int(gap.total_seconds() * _TENTHS_OF_MINUTES / 60)
-            _add(entry, "PredecessorLink", PredecessorUID=str(before), Type=kind, LinkLag=str(lag), **lags)
-        if isinstance(one.task, LiftTask):
-            _add(entry, "ExtendedAttribute", FieldID=_GLOBAL_ID_FIELD, Value=one.task.global_id)
+    outline = outline_of(schedule)
+    for number, row in enumerate(outline.rows):
+        entry = _task(tasks, number, row, is_critical=row.uid in outline.critical)
+        if isinstance(row.task, LiftTask):
+            _fill(entry, Notes=row.task.description)
+        for before, link, gap in outline.waits[row.uid]:
+            # The date of a delivery is a constraint of its own, so nothing lies between.
+            lag = 0 if row.is_delivery else int(gap.total_seconds() * _TENTHS_OF_MINUTES / 60)
+            _add(entry, "PredecessorLink", PredecessorUID=str(before), Type=_LINKS[link], LinkLag=str(lag), **lags)
+        if isinstance(row.task, LiftTask):
+            _add(entry, "ExtendedAttribute", FieldID=_GLOBAL_ID_FIELD, Value=row.task.global_id)
     _resources(project, schedule, preparing)
     ElementTree.indent(project, " ")
     written: bytes = ElementTree.tostring(project, encoding="utf-8", xml_declaration=True)
     return written + b"\n"
 
 
-class _Row(NamedTuple):
-    """A row of the task table: a summary has a name, every other row a task."""
-
-    uid: int
-    level: int
-    times: tuple[datetime, datetime]
-    task: LiftTask | Preparation | None = None
-    name: str = ""
-
-
-def _rows(schedule: LiftSchedule, preparing: Mapping[int, Preparation]) -> Iterator[_Row]:
-    """Yield the rows: preparations, then the parts by storey and class, each with a summary."""
-    uids = count(len(schedule.tasks) + len(preparing) + 1)
-    yield _Row(0, 1, (schedule.starts, schedule.finishes), name=f"Assembly of {schedule.name}")
-    yield from (_Row(uid, 2, schedule.times(one), one) for uid, one in preparing.items() if not one.is_delivery)
-    unloading = [_Row(uid, 3, schedule.times(one), one) for uid, one in preparing.items() if one.is_delivery]
-    if unloading:
-        yield _Row(next(uids), 2, _span(unloading), name="Deliveries")
-        yield from unloading
-    groups: dict[str, dict[str, list[_Row]]] = {}
-    for number, task in enumerate(schedule.tasks, start=1):
-        own = groups.setdefault(task.storey or "No storey", {}).setdefault(task.kind, [])
-        own.append(_Row(number, 4, schedule.times(task), task))
-    for storey, kinds in groups.items():
-        yield _Row(next(uids), 2, _span([row for rows in kinds.values() for row in rows]), name=storey)
-        for kind, rows in kinds.items():
-            yield _Row(next(uids), 3, _span(rows), name=_KINDS.get(kind, f"{kind.capitalize()}s"))
-            yield from rows
-
-
-def _span(rows: Sequence[_Row]) -> tuple[datetime, datetime]:
-    return min(row.times[0] for row in rows), max(row.times[1] for row in rows)
-
-
-def _links(
-    schedule: LiftSchedule, preparing: Mapping[int, Preparation], row: _Row
-) -> Iterator[tuple[int, str, timedelta]]:
-    """Yield UID, kind and lag of the predecessors of a row."""
-    start, finish = row.times
-    if isinstance(row.task, Preparation) and row.task.is_delivery:
-        yield from _before_delivery(schedule, preparing, row.task)
-    elif isinstance(row.task, Preparation) and row.task.cranes:  # a move of the crane follows the lift before it
-        lifts = [n for n, task in enumerate(schedule.tasks) if task.crane is not None and task.number < row.task.first]
-        for before in lifts[-1:]:
-            yield before + 1, _FINISH_TO_START, start - schedule.times(schedule.tasks[before])[1]
-    if not isinstance(row.task, LiftTask):
-        return
-    for before, is_start in schedule.before(row.uid - 1):
-        gap = (start if is_start else finish) - schedule.times(schedule.tasks[before])[1]
-        yield before + 1, _FINISH_TO_START if is_start else _FINISH_TO_FINISH, gap
-    for uid, one in preparing.items():
-        if one.first == row.task.number and schedule.times(one)[1] <= start:
-            yield uid, _FINISH_TO_START, start - schedule.times(one)[1]
-
-
-def _before_delivery(
-    schedule: LiftSchedule, preparing: Mapping[int, Preparation], own: Preparation
-) -> Iterator[tuple[int, str, timedelta]]:
-    """Yield what a delivery follows: the last lift before its first one, and the delivery or set-up before it.
-
-    Its date is a constraint of its own, so nothing lies between.
-    """
-    start = schedule.times(own)[0]
-    lifts = [n for n, task in enumerate(schedule.tasks) if task.crane is not None and task.number < own.first]
-    if lifts and schedule.times(schedule.tasks[lifts[-1]])[1] <= start:
-        yield lifts[-1] + 1, _FINISH_TO_START, timedelta()
-    earlier = [uid for uid, one in preparing.items() if one.first <= own.first and schedule.times(one)[1] <= start]
-    if earlier:
-        yield earlier[-1], _FINISH_TO_START, timedelta()
-
-
-def _critical(
-    schedule: LiftSchedule, rows: Sequence[_Row], links: Mapping[int, Sequence[tuple[int, str, timedelta]]]
-) -> frozenset[int]:
-    """Return the UIDs of what moves the end if it takes longer: what ends last, and what that waits for, in turn.
-
-    A lag is what the plan needs, so a link without slack is critical. A delivery that is unloaded working time before
-    its first lift has slack. A summary is critical if a task in it is.
-    """
-    tasks = {row.uid: row.task for row in rows if row.task is not None}
-    last = max((row.times[1] for row in rows if row.task is not None), default=None)
-    found = [row.uid for row in rows if row.task is not None and row.times[1] == last]
-    known = set(found)
-    for uid in found:
-        for before, *_ in links[uid]:
-            if before not in known and not _has_slack(schedule, tasks[before], tasks[uid]):
-                known.add(before)
-                found.append(before)
-    critical = set(found)
-    above: list[_Row] = []
-    for row in rows:
-        above = [one for one in above if one.level < row.level]
-        if row.uid in critical:
-            critical.update(one.uid for one in above)
-        if row.task is None:
-            above.append(row)
-    return frozenset(critical)
-
-
-def _has_slack(schedule: LiftSchedule, before: LiftTask | Preparation, task: LiftTask | Preparation) -> bool:
-    if schedule.dates is None or not isinstance(before, Preparation):
-        return False
-    end_ns, start_ns = (round(at_s * NS_PER_S) for at_s in (before.finish_s, task.start_s))
-    return schedule.dates.work.between(end_ns, start_ns) > NS_PER_S
-
-
-def _task(tasks: ElementTree.Element, number: int, row: _Row, *, is_critical: bool) -> ElementTree.Element:
+def _task(tasks: ElementTree.Element, number: int, row: Row, *, is_critical: bool) -> ElementTree.Element:
     """Add a row."""
-    is_delivery = isinstance(row.task, Preparation) and row.task.is_delivery
-    work_s, name = (None, row.name) if row.task is None else (row.task.work_s, row.task.name)
+    work_s = None if row.task is None else row.task.work_s
     start, finish = row.times
     length = finish - start if work_s is None else timedelta(seconds=round(work_s))
     dates = {"Start": start.isoformat(), "Finish": finish.isoformat(), "Duration": duration_text(length)}
@@ -200,7 +90,7 @@ def _task(tasks: ElementTree.Element, number: int, row: _Row, *, is_critical: bo
         "Task",
         UID=str(row.uid),
         ID=str(number),
-        Name=name,
+        Name=row.name,
         Type=_FIXED_DURATION,
         IsNull="0",
         OutlineLevel=str(row.level),
@@ -210,8 +100,8 @@ def _task(tasks: ElementTree.Element, number: int, row: _Row, *, is_critical: bo
         Milestone="0",
         Summary=str(int(row.task is None)),
         Critical=str(int(is_critical)),
-        ConstraintType=_NOT_EARLIER if is_delivery else _AS_SOON_AS_POSSIBLE,
-        **({"ConstraintDate": start.isoformat()} if is_delivery else {}),
+        ConstraintType=_NOT_EARLIER if row.is_delivery else _AS_SOON_AS_POSSIBLE,
+        **({"ConstraintDate": start.isoformat()} if row.is_delivery else {}),
     )
 
 

@@ -164,7 +164,7 @@ def write_lifts(
         return _write_folder(target, partial(_written_deliveries, log, note))
     own = (model, _model_bytes(log, model)) if wanted.name == "ifc" and model else None
     dates = log_dates(log, begins)
-    data = WRITERS[wanted.name](Chosen(log, tuple(orders), begins or DEFAULT_BEGIN, dates, own))
+    data = WRITERS[wanted.name](Chosen(log, tuple(orders), begins or DEFAULT_BEGIN, dates, own, note))
     tables = {}
     if wanted.name == "csv":
         made = (table(log.extract(orders), dates).encode() for table in (lifts_csv, deliveries_csv))

@@ -26,6 +26,7 @@ from opened_pages import Opened
 from rosbags.highlevel import AnyReader
 from valid_ifc import issues
 
+from bimvox.bim.read import read_building
 from bimvox.errors import FileError, InputError
 from bimvox.library.arguments import PolicyWish
 from bimvox.log.moving import tracks_of
@@ -70,9 +71,13 @@ def test_ifc_has_one_task_per_lift_to_the_second_and_all_its_content(site_folder
     for entity in source:
         assert str(file.by_id(entity.id())) == str(entity)
     log = read_log(site_folder / "frame.mcap")
-    (summary,) = [task for task in file.by_type("IfcTask") if task.PredefinedType == "CONSTRUCTION"]
-    nested = ifcopenshell.util.sequence.get_nested_tasks(summary)
-    tasks = [task for task in nested if task.PredefinedType != "LOGISTIC"]
+    (whole,) = [task for task in file.by_type("IfcTask") if not task.Nests]
+    tasks = sorted(
+        (task for task in ifcopenshell.util.sequence.get_all_nested_tasks(whole) if task.Identification is not None),
+        key=lambda task: int(task.Identification),
+    )
+    above = [[one.Nests[0].RelatingObject.Name for one in (task, task.Nests[0].RelatingObject)] for task in tasks]
+    assert {tuple(names) for names in above} == {("Columns", "Ground floor"), ("Beams", "Ground floor")}
     tracks = tracks_of(log)
     assert len(tasks) == len(tracks) == 8
     (crane,) = file.by_type("IfcTransportElement")
@@ -89,7 +94,7 @@ def test_ifc_has_one_task_per_lift_to_the_second_and_all_its_content(site_folder
         assert (start, finish) == dated(log)[track.lift.order]
         assert text_of(task.TaskTime.ScheduleDuration) == finish - start
     for before_task, after_task in itertools.pairwise(tasks):
-        (link,) = before_task.IsPredecessorTo
+        (link,) = (one for one in before_task.IsPredecessorTo if one.RelatedProcess in tasks)
         assert (link.RelatedProcess, link.SequenceType) == (after_task, "FINISH_START")
         assert before_task.TaskTime.ScheduleFinish <= after_task.TaskTime.ScheduleStart
     first = out.read_bytes()
@@ -98,27 +103,24 @@ def test_ifc_has_one_task_per_lift_to_the_second_and_all_its_content(site_folder
 
 
 @pytest.mark.slow
-def test_ifc2x3_has_no_task_times_and_gets_its_own(store: Path, tmp_path: Path) -> None:
+def test_ifc2x3_becomes_ifc4_whose_tasks_have_dates(store: Path, tmp_path: Path) -> None:
     model = tmp_path / "frame.ifc"
     shutil.copy(SAMPLES / "frame_ifc2x3_mm.ifc", model)
     init(model, tmp_path / "frame.site.toml", voxel_size_m=0.5, progress=SilentProgress())
     plan(tmp_path / "frame.site.toml", tmp_path / "frame.mcap", wish=PolicyWish("default"), progress=SilentProgress())
     run(tmp_path, to="ifc", model=model, start="2026-12-01T07:00", out=tmp_path / "out.ifc")
     file = ifcopenshell.open(tmp_path / "out.ifc")
-    assert file.schema == "IFC2X3"
+    assert file.schema == "IFC4"
     assert issues(file) == []
     log = read_log(tmp_path / "frame.mcap")
-    found = {}
-    for relation in file.by_type("IfcRelAssignsTasks"):
-        (task,) = relation.RelatedObjects
-        if task.Name.startswith("Unload delivery"):
-            continue
-        when = relation.TimeForTask.ScheduleStart
-        day, time = when.DateComponent, when.TimeComponent
-        found[int(task.TaskId) - 1] = datetime(
-            day.YearComponent, day.MonthComponent, day.DayComponent, time.HourComponent, time.MinuteComponent
-        ) + timedelta(seconds=time.SecondComponent)
+    lifts = [task for task in file.by_type("IfcTask") if task.PredefinedType == "INSTALLATION"]
+    found = {int(task.Identification) - 1: datetime.fromisoformat(task.TaskTime.ScheduleStart) for task in lifts}
     assert found == {order: start for order, (start, _) in dated(log).items()}
+    old, new = (sorted(read_building(path).elements, key=lambda one: one.id) for path in (model, tmp_path / "out.ifc"))
+    assert [one.global_id for one in new] == [one.global_id for one in old]
+    for one, other in zip(old, new, strict=True):
+        assert (other.name, other.mass_kg, other.mass_source) == (one.name, one.mass_kg, one.mass_source)
+        assert np.array_equal(other.mesh.vertices_m, one.mesh.vertices_m)
 
 
 @pytest.mark.parametrize(
