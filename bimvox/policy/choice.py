@@ -17,6 +17,7 @@ from bimvox.policy import store
 from bimvox.policy.config import DqnConfig, adapting
 from bimvox.policy.generalist.weights import generalist_record, load_generalist
 from bimvox.policy.manifest import CurvePoint, PolicyManifest, TrainedPolicy, Training, TrainingStart, outline_of
+from bimvox.policy.near import of_same_building
 from bimvox.policy.network import QNetwork
 from bimvox.policy.site_lessons import training_problems
 from bimvox.policy.store import Checkpoint
@@ -46,6 +47,8 @@ class PolicyInUse(Training):
         loaded: Whether it was in the store already.
         network: Its weights. None for greedy values, and if the plan is made by search alone.
         shipped: Whether it is the network that ships with bimvox.
+        distance: From the site for which it was trained, if that is another one (``manifest.distance``).
+        note: Why it is taken, or which stored one is not, if this may surprise.
         external: Planners and policies that the caller brought, in the order in which they are asked, before it.
     """
 
@@ -53,6 +56,8 @@ class PolicyInUse(Training):
     loaded: bool = False
     network: QNetwork | None = field(default=None, repr=False)
     shipped: bool = False
+    distance: float | None = None
+    note: str | None = None
     external: tuple[External, ...] = field(default=(), repr=False)
 
     @property
@@ -85,6 +90,8 @@ class PolicyInUse(Training):
             "success_rate": self.success_rate if self.tested else None,
             "tested": self.tested,
             "success_at_least": round(self.success_at_least, 4),
+            **({} if self.distance is None else {"distance": round(self.distance, 3)}),
+            **({} if self.note is None else {"note": self.note}),
             **({"external": [one.name for one in self.external]} if self.external else {}),
         }
 
@@ -108,10 +115,12 @@ class PolicyRequest:
             stored policy that this training would give; if there is none, greedy values, or after training the trained
             one.
         steps: Training budget in environment steps.
-        start_from: ``default`` (the network that ships with bimvox), ``none`` (from scratch), or the id of a policy.
+        start_from: ``default`` (the network that ships with bimvox), ``none`` (from scratch), ``nearest`` (the policy
+            of the most similar site), or the id of a policy.
         train: Whether to test the shipped network on the site, and to train if it is not good enough, when the store
             holds none. Otherwise nothing is tested and nothing is trained.
         retrain: Whether to train even if the store holds a policy.
+        anyway: Whether to train even if the initial network is good enough.
         seconds: The training stops at the first test after this time; the result then depends on the machine.
     """
 
@@ -122,6 +131,7 @@ class PolicyRequest:
     start_from: str = DEFAULT_START
     train: bool = False
     retrain: bool = False
+    anyway: bool = False
     seconds: float | None = None
 
 
@@ -145,9 +155,10 @@ def choose_policy(
 ) -> PolicyInUse:
     """Return the policy for a site: the one named, else one trained for it before, else greedy values.
 
-    If training is wanted, it starts from the network that ships with bimvox; if that is good enough for the site, it is
-    stored unchanged. A stored policy that is not named is used only if training now would give the same one
-    (:func:`_would_be`), so of several stored policies it does not matter which came first.
+    If training is wanted, it starts from the network that ships with bimvox; if no network of the training is better,
+    that network is returned, and nothing is stored. A stored policy that is not named is used only if training now
+    would give the same one (:func:`_would_be`), so of several stored policies it does not matter which came first. If
+    there is none, that of the same building with its crane or yard moved a little is used, and a note says so.
 
     ``preparation``: its contacts, order and yard; ``tested``: called with every test of a training.
 
@@ -160,29 +171,73 @@ def choose_policy(
     if wanted.policy_id == GREEDY_POLICY.id:
         return GREEDY_POLICY
     if wanted.policy_id == NEAREST:
-        return _nearest(site, progress)
-    if wanted.policy_id == DEFAULT_START:
-        return _shipped()
+        return _stored(_nearest(site, progress))
     if wanted.policy_id is not None:
-        return _stored(wanted.policy_id)
+        return _shipped() if _is_shipped(wanted.policy_id) else _stored(wanted.policy_id)
     config = DqnConfig(required_success=wanted.required_success)
-    initial, parent = _beginning(wanted.start_from)
+    start_from = _nearest(site, progress) if wanted.start_from == NEAREST else wanted.start_from
+    initial, parent = _beginning(start_from)
     if initial is not None:
         config = adapting(config, initial.layer_sizes[1:-1])
     training = _Training(config, wanted.seed, wanted.steps, initial, parent)
+    trains = wanted.train or wanted.retrain
     if not wanted.retrain:
         for manifest in store.find(site.geometry_digest):
             if _would_be(manifest, training):
                 return _stored(manifest.id)
-    if not (wanted.train or wanted.retrain):
-        return GREEDY_POLICY
+    if not trains:
+        found = _of_same_building(site, training)
+        if found.note is not None:
+            progress.note(f"policy: {found.note}")
+        return found
     require("train", "training")
     problems = training_problems(site, preparation, wanted.seed, progress)
     checkpoint = Checkpoint(site.geometry_digest, config, wanted.seed, parent, wanted.steps)
-    policy = _trained(problems, training, progress, seconds=wanted.seconds, tested=tested, checkpoint=checkpoint)
+    policy = _trained(
+        problems,
+        training,
+        progress,
+        seconds=wanted.seconds,
+        tested=tested,
+        checkpoint=checkpoint,
+        anyway=wanted.anyway,
+    )
+    if parent is not None and initial is not None and policy.network.equals(initial):
+        checkpoint.remove()
+        progress.note(_nothing_learned(policy, parent))
+        return replace(_in_use(parent, policy, loaded=True), shipped=_is_shipped(parent))
     policy_id = store.save(policy, site.geometry_digest, site=outline_of(site))
     checkpoint.remove()
     return _in_use(policy_id, policy)
+
+
+def _nothing_learned(policy: TrainedPolicy, parent: str) -> str:
+    """Return the sentence about a training that gave no new network."""
+    start = f"policy {parent}" + (", the shipped network," if _is_shipped(parent) else "")
+    rate = (
+        f"{policy.success_rate:.1%} of {policy.tested} test lifts arrive, {policy.length_ratio:.3f} times the shortest"
+    )
+    if policy.steps == 0 and policy.config.is_passed_by(policy.success_rate, policy.length_ratio):
+        return f"nothing was to be learned: {start} already passes ({rate}). No policy was stored"
+    return f"after {policy.steps:,} steps no network is better than {start} at the start ({rate}). No policy was stored"
+
+
+def _of_same_building(site: Site, training: _Training) -> PolicyInUse:
+    """Return the policy of the same building with its crane or yard moved a little, otherwise greedy values.
+
+    Its note says which policy it is, or which one a person may mean that was trained in another way.
+    """
+    near = [*((0.0, manifest) for manifest in store.find(site.geometry_digest)), *of_same_building(site)]
+    for away, manifest in near:
+        if _would_be(manifest, training):
+            note = f"{manifest.id}, of nearly this site (distance {away:.2f}); its own: train --from {manifest.id}"
+            return replace(_stored(manifest.id), distance=away, note=note)
+    if not near:
+        return GREEDY_POLICY
+    manifest = near[0][1]
+    which = "this site's" if manifest.geometry_key == site.geometry_digest else "nearly this site's"
+    note = f"none stored as the site file asks for; {which}, trained otherwise: --policy {manifest.id}"
+    return replace(GREEDY_POLICY, note=note)
 
 
 def retrained(
@@ -233,7 +288,7 @@ def _would_be(manifest: PolicyManifest, training: _Training) -> bool:
     config = training.config
     if (manifest.config, manifest.seed, manifest.parent) != (config, training.seed, training.parent):
         return False
-    good = manifest.success_rate >= config.required_success and manifest.length_ratio <= config.required_ratio
+    good = config.is_passed_by(manifest.success_rate, manifest.length_ratio)
     return manifest.budget == training.budget or (manifest.steps == 0 and manifest.budget is not None and good)
 
 
@@ -241,14 +296,19 @@ def _beginning(start_from: str) -> tuple[QNetwork | None, str | None]:
     """Return the initial network and its id. Both are None from scratch."""
     if start_from == "none":
         return None, None
-    if start_from == DEFAULT_START:
+    if _is_shipped(start_from):
         return load_generalist(), str(generalist_record()["id"])
     found = store.load(start_from)
     return found.network, found.manifest.id
 
 
-def _nearest(site: Site, progress: Progress) -> PolicyInUse:
-    """Return the stored policy of the most similar site.
+def _is_shipped(name: str) -> bool:
+    """Return whether a name or an id is that of the network that ships with bimvox."""
+    return name in (DEFAULT_START, str(generalist_record()["id"]))
+
+
+def _nearest(site: Site, progress: Progress) -> str:
+    """Return the id of the stored policy of the most similar site.
 
     Raises PolicyError: the store holds no policy of any site.
     """
@@ -260,7 +320,7 @@ def _nearest(site: Site, progress: Progress) -> PolicyInUse:
         )
     away, manifest = near[0]
     progress.note(f"policy {manifest.id} of the nearest site: distance {away:.2f} (0: the same, 1: little in common)")
-    return _stored(manifest.id)
+    return manifest.id
 
 
 def _shipped() -> PolicyInUse:
@@ -283,6 +343,7 @@ def _trained(
     seconds: float | None = None,
     tested: Callable[[CurvePoint], None] | None = None,
     checkpoint: Checkpoint | None = None,
+    anyway: bool = False,
 ) -> TrainedPolicy:
     resumed = checkpoint.load() if checkpoint is not None else None
     if resumed is not None:
@@ -302,7 +363,7 @@ def _trained(
         training.config,
         seed=training.seed,
         steps=training.budget,
-        start=TrainingStart(training.initial, training.parent, resumed),
+        start=TrainingStart(training.initial, training.parent, resumed, anyway),
         seconds=seconds,
         progress=test,
         checkpoint=None if checkpoint is None else checkpoint.save,

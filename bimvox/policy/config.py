@@ -204,6 +204,10 @@ class DqnConfig(DqnChoices):
         cooled = min(1.0, max(0.0, (done - 1.0 + self.cooling) / max(1e-9, self.cooling)))
         return self.learning_rate + cooled * (self.learning_rate_last - self.learning_rate)
 
+    def is_passed_by(self, success_rate: float, length_ratio: float) -> bool:
+        """Return whether a test's result is good enough to stop."""
+        return success_rate >= self.required_success and length_ratio <= self.required_ratio
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         plain = asdict(self)

@@ -71,7 +71,15 @@ class _ViewExtractor(BaseFeaturesExtractor):
         return observations[:, :INPUT_SIZE]
 
 
-class _FramedQNetwork(TorchQNetwork):
+class _ViewQNetwork(TorchQNetwork):
+    """A multilayer perceptron over the whole view."""
+
+    def blocked(self, obs: torch.Tensor) -> torch.Tensor:
+        """Return (N, 6) bool: whether the view shows each of the site's actions as blocked."""
+        return (obs[:, list(NEIGHBOURS)] > 0.5).gather(1, _frame_actions(obs))
+
+
+class _FramedQNetwork(_ViewQNetwork):
     """A multilayer perceptron in the view's frame, its values converted to the site's actions."""
 
     def forward(self, obs: Any) -> torch.Tensor:
@@ -79,13 +87,17 @@ class _FramedQNetwork(TorchQNetwork):
         values: torch.Tensor = self.q_net(obs[:, :INPUT_SIZE])
         return values.gather(1, _frame_actions(obs))
 
-    def blocked(self, obs: torch.Tensor) -> torch.Tensor:
-        """Return (N, 6) bool: whether the view shows each of the site's actions as blocked."""
-        return (obs[:, list(NEIGHBOURS)] > 0.5).gather(1, _frame_actions(obs))
+
+class _ViewPolicy(DQNPolicy):
+    """DQN's policy over whole views, as a stock learner makes it."""
+
+    def make_q_net(self) -> TorchQNetwork:
+        """Return a Q-network."""
+        return _ViewQNetwork(**self._update_features_extractor(self.net_args, features_extractor=None)).to(self.device)
 
 
 class FramedPolicy(DQNPolicy):
-    """DQN's policy over views."""
+    """DQN's policy over views without their frame."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **{**kwargs, "features_extractor_class": _ViewExtractor})
@@ -298,7 +310,7 @@ class BatchDqn(DQN):
 
 def _blocked(q_net: TorchQNetwork, views: torch.Tensor) -> torch.Tensor | None:
     """Return (N, 6) bool: the site's actions that the views show as blocked. None if they do not show it."""
-    return q_net.blocked(views) if isinstance(q_net, _FramedQNetwork) else None
+    return q_net.blocked(views) if isinstance(q_net, _ViewQNetwork) else None
 
 
 def _free_values(q_net: TorchQNetwork, views: torch.Tensor) -> torch.Tensor:
@@ -318,9 +330,11 @@ def _over_mean(values: torch.Tensor, free: torch.Tensor) -> torch.Tensor:
     return values - mean
 
 
-def dqn_of_lifts(batch: BatchedLiftEnv, config: DqnConfig, seed: int, **how: Any) -> BatchDqn:
-    """Return a DQN over a batch of lifts; ``how`` are further arguments of :class:`BatchDqn`."""
-    return BatchDqn(BatchVecEnv(batch), config, seed, Trained(FramedPolicy), **how)
+def dqn_of_lifts(
+    batch: BatchedLiftEnv, config: DqnConfig, seed: int, *, is_framed: bool = True, **how: Any
+) -> BatchDqn:
+    """Return a DQN over a batch of lifts, see :attr:`QNetwork.is_framed`; ``how``: arguments of :class:`BatchDqn`."""
+    return BatchDqn(BatchVecEnv(batch), config, seed, Trained(FramedPolicy if is_framed else _ViewPolicy), **how)
 
 
 def network_of(dqn: BatchDqn) -> QNetwork:

@@ -184,11 +184,14 @@ class TrainingStart:
         parent: Its id, for the record.
         resumed: A checkpoint of an interrupted training with the same problems, config, seed and parent. Its steps
             count as used, and its curve is continued.
+        anyway: Whether to train even if the network is good enough. The best network of the training is kept then,
+            which may be worse; the initial one is tested for the curve alone.
     """
 
     network: QNetwork | None = None
     parent: str | None = None
     resumed: TrainedPolicy | None = None
+    anyway: bool = False
 
 
 FROM_SCRATCH = TrainingStart()

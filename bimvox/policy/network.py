@@ -36,9 +36,11 @@ _TERMS = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class QNetwork:
-    """Values of the six actions for an observation: a perceptron in the view's frame. Its arrays must not change.
+    """Values of the six actions for an observation: a perceptron. Its arrays must not change.
 
-    Rectified linear units follow each layer but the last.
+    Rectified linear units follow each layer but the last. A network of bimvox takes ``INPUT_SIZE`` of the observation's
+    ``VIEW_SIZE`` entries and gives values in the view's frame. One of a stock learner takes the whole observation, as
+    ``Lift-v0`` gives it, and gives values of the site's actions.
 
     Attributes:
         weights: Per layer (inputs, outputs) float32, contiguous.
@@ -54,6 +56,16 @@ class QNetwork:
         object.__setattr__(self, "_sums", sums_of_groups(self.weights[0]))
 
     @property
+    def is_framed(self) -> bool:
+        """Whether its values are those of the frame's actions, not of the site's."""
+        return bool(self.weights[0].shape[0] == INPUT_SIZE)
+
+    def equals(self, other: QNetwork) -> bool:
+        """Return whether another network has the same arrays."""
+        mine, others = (*self.weights, *self.biases), (*other.weights, *other.biases)
+        return len(mine) == len(others) and all(np.array_equal(a, b) for a, b in zip(mine, others, strict=True))
+
+    @property
     def layer_sizes(self) -> tuple[int, ...]:
         """Widths from input to output."""
         return (self.weights[0].shape[0], *(w.shape[1] for w in self.weights))
@@ -67,7 +79,7 @@ class QNetwork:
         return named
 
     def outputs(self, inputs: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return (N, 6) values in the views' frames; columns after the inputs are ignored."""
+        """Return (N, 6) values of its last layer; columns after the inputs are ignored."""
         values, sums = inputs, self._sums
         last = len(self.weights) - 1
         for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
@@ -84,7 +96,8 @@ class QNetwork:
         views = np.ascontiguousarray(observations, np.float32)
         if views.ndim != 2 or views.shape[1] != VIEW_SIZE:
             raise ValueError(f"observations of shape {views.shape}, not (N, {VIEW_SIZE})")
-        return _on_site(self.outputs(views), views, FRAME_ACTIONS)
+        values = self.outputs(views)
+        return _on_site(values, views, FRAME_ACTIONS) if self.is_framed else values
 
 
 def network_from_arrays(arrays: Mapping[str, NDArray[np.generic]]) -> QNetwork:
@@ -100,7 +113,7 @@ def network_from_arrays(arrays: Mapping[str, NDArray[np.generic]]) -> QNetwork:
             differs={"arrays": sorted(arrays)},
         )
     weights, biases = [], []
-    width = INPUT_SIZE
+    width = _inputs_of(arrays["layer0.weight"])
     for n in range(layers):
         weight, bias = arrays[f"layer{n}.weight"], arrays[f"layer{n}.bias"]
         if weight.dtype != np.float32 or bias.dtype != np.float32:
@@ -119,6 +132,20 @@ def network_from_arrays(arrays: Mapping[str, NDArray[np.generic]]) -> QNetwork:
     if width != ACTION_COUNT:
         raise PolicyError(f"the network has {width} values, not {ACTION_COUNT}")
     return QNetwork(tuple(weights), tuple(biases))
+
+
+def _inputs_of(weight: NDArray[np.generic]) -> int:
+    """Return how many inputs the first layer takes.
+
+    Raises PolicyError: it takes neither the observation nor the observation without its frame.
+    """
+    if weight.ndim == 2 and weight.shape[0] in (INPUT_SIZE, VIEW_SIZE):
+        return int(weight.shape[0])
+    raise PolicyError(
+        f"the first layer has the shape {weight.shape}; an observation has {VIEW_SIZE:,} numbers",
+        differs={"layer0.weight": weight.shape, "observation_size": VIEW_SIZE},
+        hint="train a policy with this version of bimvox",
+    )
 
 
 @kernel

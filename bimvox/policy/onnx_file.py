@@ -43,7 +43,8 @@ def onnx_bytes(network: QNetwork, facts: Mapping[str, str]) -> bytes:
         numpy_helper.from_array(np.array(numbers, kind), name)
         for name, numbers, kind in (
             ("first", [0], np.int64),
-            ("inputs", [INPUT_SIZE], np.int64),
+            ("inputs", [network.layer_sizes[0]], np.int64),
+            ("before", [INPUT_SIZE], np.int64),
             ("view", [VIEW_SIZE], np.int64),
             ("columns", [1], np.int64),
             ("frames", FRAME_COUNT - 1, np.float32),
@@ -54,7 +55,7 @@ def onnx_bytes(network: QNetwork, facts: Mapping[str, str]) -> bytes:
     ]
     nodes = [
         helper.make_node("Slice", [_INPUT, "first", "inputs", "columns"], ["seen"]),
-        helper.make_node("Slice", [_INPUT, "inputs", "view", "columns"], ["share"]),
+        helper.make_node("Slice", [_INPUT, "before", "view", "columns"], ["share"]),
         helper.make_node("Mul", ["share", "frames"], ["scaled"]),
         helper.make_node("Round", ["scaled"], ["rounded"]),
         helper.make_node("Clip", ["rounded", "lowest", "frames"], ["clipped"]),
@@ -73,7 +74,10 @@ def onnx_bytes(network: QNetwork, facts: Mapping[str, str]) -> bytes:
         if layer != last:
             nodes.append(helper.make_node("Relu", [summed], [f"hidden{layer}"]))
             value = f"hidden{layer}"
-    nodes.append(helper.make_node("GatherElements", [f"sum{last}", "order"], [_OUTPUT], axis=1))
+    if network.is_framed:
+        nodes.append(helper.make_node("GatherElements", [f"sum{last}", "order"], [_OUTPUT], axis=1))
+    else:
+        nodes.append(helper.make_node("Identity", [f"sum{last}"], [_OUTPUT]))
     sizes = network.layer_sizes
     graph = helper.make_graph(
         nodes,

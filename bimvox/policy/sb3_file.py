@@ -45,14 +45,15 @@ def write_sb3_zip(network: QNetwork, path: Path) -> None:
     ``path``: where to; ends with ``.zip``.
     """
     sizes = network.layer_sizes
-    dqn = DQN(FramedPolicy, _Shapes(), buffer_size=1, policy_kwargs={"net_arch": list(sizes[1:-1])}, device="cpu")
+    policy = FramedPolicy if network.is_framed else "MlpPolicy"
+    dqn = DQN(policy, _Shapes(), buffer_size=1, policy_kwargs={"net_arch": list(sizes[1:-1])}, device="cpu")
     dqn.set_logger(Logger(folder=None, output_formats=[]))
     load_network(dqn, network)
     dqn.save(path)
 
 
 def read_sb3_zip(content: bytes) -> QNetwork:
-    """Return the online network of a stable-baselines3 DQN.
+    """Return the online network of a stable-baselines3 DQN: one of bimvox, or a stock one trained on ``Lift-v0``.
 
     Raises:
         PolicyError: It is not such a file, or its network does not fit this version's observation and actions.

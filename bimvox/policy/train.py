@@ -169,7 +169,7 @@ def train(
     first = resumed.network if resumed is not None else start.network
     if resumed is not None:
         record.resume(resumed)
-    elif start.network is not None and record.test(start.network, 0):
+    elif start.network is not None and record.test(start.network, 0, counts=not start.anyway) and not start.anyway:
         return record.policy
     done = resumed.steps if resumed is not None else 0
     if done >= steps:
@@ -185,7 +185,7 @@ def train(
     batch = BatchedLiftEnv(
         learnable, config.lifts, reward_name=config.reward, mix=config.mix, limit=config.limit, seed=seed
     )
-    dqn = dqn_of_lifts(batch, config, seed)
+    dqn = dqn_of_lifts(batch, config, seed, is_framed=first is None or first.is_framed)
     if first is not None:
         load_network(dqn, first)
     dqn.num_timesteps = done
@@ -234,21 +234,21 @@ class _Record:
         point = CurvePoint(checkpoint.steps, checkpoint.success_rate, checkpoint.length_ratio)
         self.best = (point, checkpoint.network, checkpoint.tested)
 
-    def test(self, network: QNetwork, steps: int) -> bool:
-        """Test a network and return whether it is good enough."""
+    def test(self, network: QNetwork, steps: int, *, counts: bool = True) -> bool:
+        """Test a network and return whether it is good enough; ``counts``: whether it may be the one that is kept."""
         config = self.config
         limit = TEST_LIMIT if config.both_ways else config.limit
         starts, both_ways = config.test_starts, config.both_ways
         self.evaluation = evaluate(network, self.problems, starts=starts, limit=limit, both_ways=both_ways)
         point = CurvePoint(steps, self.evaluation.success_rate, self.evaluation.length_ratio)
         self.curve.append(point)
-        if self.best is None or _rank(point) > _rank(self.best[0]):
+        if counts and (self.best is None or _rank(point) > _rank(self.best[0])):
             self.best = (point, network, self.evaluation.arrived.size)
         if self.progress is not None:
             self.progress(point)
-        if self.checkpoint is not None:
+        if self.checkpoint is not None and self.best is not None:
             self.checkpoint(self.policy)
-        return point.success_rate >= config.required_success and point.length_ratio <= config.required_ratio
+        return config.is_passed_by(point.success_rate, point.length_ratio)
 
     def weights(self) -> NDArray[np.float64]:
         """Return (P,) how often to draw each problem, by its failures in the last test."""

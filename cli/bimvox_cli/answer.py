@@ -118,6 +118,7 @@ def _figures(console: Console, document: Document) -> None:
         ("cost", cost_in_words(document["figures"])),
         ("props", props_in_words(document)),
         ("planner", planner_in_words(document)),
+        ("policy", document["policy"].get("note")),
     ]
     in_lines(console, pairs)
 

@@ -27,9 +27,14 @@ def train(
             "--from",
             envvar="BIMVOX_FROM",
             metavar="POLICY",
-            help="Start from `default` (the shipped network), `none` (from scratch), or a stored policy.",
+            help="Start from `default` (the shipped network), `none` (from scratch), `nearest` (the policy of the most "
+            "similar site), or a stored policy.",
         ),
     ] = "default",
+    anyway: Annotated[
+        bool,
+        typer.Option("--anyway", help="Train and store a policy even if the start is good enough for the site."),
+    ] = False,
     budget: Annotated[
         float | None,
         typer.Option(
@@ -47,7 +52,11 @@ def train(
         Path | None, typer.Option("--tensorboard", metavar="FOLDER", help="Write the tests for TensorBoard.")
     ] = None,
 ) -> int:
-    """Train the policy of a site and store it."""
+    """Train the policy of a site and store it.
+
+    It is tested on lifts of the site first. If the start is good enough, nothing is trained or stored, unless --anyway
+    asks for it.
+    """
     from bimvox_pipeline.train import train as run
 
     document = run(
@@ -55,13 +64,15 @@ def train(
         steps=steps,
         seed=seed,
         start_from=start_from,
+        anyway=anyway,
         seconds=budget,
         curve=curve,
         tensorboard=tensorboard,
         progress=output.progress,
     )
     code = output.result(document, _show)
-    output.next_step(f"next: bimvox plan {site} --policy {document['policy']}")
+    again = "" if document["learned"] else "; to train all the same: --anyway, or --from none"
+    output.next_step(f"next: bimvox plan {site} --policy {document['policy']}{again}")
     return code
 
 
@@ -69,7 +80,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     fields(
         console,
         [
-            ("policy", document["policy"]),
+            ("policy", f"{document['policy']}{'' if document['learned'] else ', the start: nothing new was stored'}"),
             ("steps", f"{document['steps']:,}"),
             (
                 "success rate",

@@ -21,12 +21,13 @@ if TYPE_CHECKING:
     from bimvox.policy.tensorboard import TensorBoard
 
 
-def train(
+def train(  # noqa: PLR0913  (the options of a command)
     site: Path,
     *,
     steps: int | None = None,
     seed: int | None = None,
     start_from: str = DEFAULT_START,
+    anyway: bool = False,
     seconds: float | None = None,
     curve: Path | None = None,
     tensorboard: Path | None = None,
@@ -38,7 +39,9 @@ def train(
         site: The site file.
         steps: Budget in environment steps; default: the site file's, otherwise the built-in one.
         seed: Seed; default: the site file's.
-        start_from: ``default`` (the network that ships with bimvox), ``none`` (from scratch), or the id of a policy.
+        start_from: ``default`` (the network that ships with bimvox), ``none`` (from scratch), ``nearest`` (the policy
+            of the most similar site), or the id of a policy.
+        anyway: Train even if that start is good enough.
         seconds: End the training at the first test after that.
         curve: CSV file for the curve: steps, success rate, mean path / shortest path.
         tensorboard: Folder for a TensorBoard log.
@@ -70,6 +73,7 @@ def train(
         steps=said.budget,
         start_from=start_from,
         retrain=True,
+        anyway=anyway,
         seconds=seconds,
     )
     policy = choose_policy(loaded.site, preparation, request, progress, tested)
@@ -77,7 +81,8 @@ def train(
         board.close()
     made = (start_from, seconds, said.budget, seed_of(loaded, seed))
     asked = (DEFAULT_START, None, DEFAULT_STEPS if wanted.steps is None else wanted.steps, wanted.seed)
-    if policy.steps > 0 and made != asked:
+    is_learned = policy.id != policy.parent
+    if is_learned and made != asked:
         progress.note(
             f"a plan uses this policy only if named (--policy {policy.id}): the site file asks for another training"
         )
@@ -86,6 +91,7 @@ def train(
         write_atomically(curve, ("\n".join(["steps,success_rate,length_ratio", *rows]) + "\n").encode())
     return {
         "policy": policy.id,
+        "learned": is_learned,
         "from": policy.parent,
         "steps": policy.steps,
         "success_rate": policy.success_rate,
@@ -118,7 +124,7 @@ class _Said:
         pace = ""
         if self._last is not None and point.steps > self._last[0]:
             rate = (point.steps - self._last[0]) / max(1e-9, now - self._last[1])
-            left = (self.budget - point.steps) / rate
+            left = max(0.0, self.budget - point.steps) / rate
             pace = f", {rate:,.0f} steps a second, {left:,.0f} s left of the budget"
         self._last = (point.steps, now)
         self._progress.note(

@@ -1,6 +1,7 @@
 """What proposes the paths of a plan: greedy values, the shipped network, a stored, nearest or retrained policy."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +17,7 @@ from bimvox.library.arguments import PolicyWish
 from bimvox.library.site import load_site
 from bimvox.log.reader import read_log
 from bimvox.policy import store as policies
+from bimvox.policy.choice import DEFAULT_STEPS
 from bimvox.policy.config import DqnConfig, adapting
 from bimvox.policy.generalist.weights import generalist_record, load_generalist
 from bimvox.policy.manifest import TrainedPolicy, id_of, outline_of
@@ -75,14 +77,13 @@ def test_a_plan_takes_greedy_values_without_training_and_without_torch(site, own
 
 
 @pytest.mark.slow
-def test_a_plan_takes_the_policy_that_was_trained_for_the_site(site, own_store):
-    trained = made(site, train=True)["policy"]  # the shipped policy is good enough here: it is tested and stored
-    assert (trained["loaded"], trained["shipped"], trained["tested"] > 0) == (False, False, True)
-    (manifest,) = policies.scan().manifests
-    assert manifest.site is not None
-    assert (trained["id"], trained["from"]) == (manifest.id, generalist_record()["id"])
-    found = made(site)["policy"]
-    assert (found["id"], found["loaded"]) == (manifest.id, True)
+def test_a_start_that_is_good_enough_is_used_and_not_stored(site, own_store):
+    trained = made(site, train=True)["policy"]  # the shipped policy is good enough here
+    assert trained["id"] == trained["from"] == generalist_record()["id"]
+    assert (trained["loaded"], trained["shipped"], trained["steps"], trained["tested"] > 0) == (True, True, 0, True)
+    assert not policies.scan().manifests
+    assert made(site)["policy"]["id"] == "greedy"
+    assert made(site, policy=trained["id"])["policy"]["shipped"]
     named = {name: made(site, policy=name) for name in ("default", "greedy")}
     assert named["default"]["policy"]["shipped"]
     assert {one["method"] for one in named["default"]["lifts"]} <= {"policy", "search"}
@@ -97,6 +98,51 @@ def test_the_nearest_policy_is_used_on_request(site, own_store):
     progress = SilentProgress()
     assert made(site, policy="nearest", progress=progress)["policy"]["id"] == near
     assert any("nearest site: distance 0.00" in note for note in progress.notes)
+
+
+@pytest.fixture
+def moved(site: Path) -> Path:
+    """Return the site file with the crane half a metre further."""
+    file = site.with_name("moved.site.toml")
+    text = site.read_text()
+    moved, times = re.subn(r"(?<=\nbase_m = \[)[-\d.]+", lambda base: str(float(base[0]) + 0.5), text)
+    assert times == 1
+    file.write_text(moved)
+    return file
+
+
+def trained_for(site: Path, *, seed: int) -> str:
+    """Store a policy as if it were trained for a site as its file asks, but for the seed (there it is 0)."""
+    network = load_generalist()
+    config = adapting(DqnConfig(required_success=0.9), network.layer_sizes[1:-1])
+    parent, built = generalist_record()["id"], load_site(site, SilentProgress()).site
+    policy = TrainedPolicy((), 4_000, 1.0, 1.0, 20, config, seed, parent, DEFAULT_STEPS, network=network)
+    return policies.save(policy, built.geometry_digest, site=outline_of(built))
+
+
+def test_a_crane_that_moved_a_little_takes_the_policy_of_the_place_before(site, moved, own_store):
+    held = trained_for(site, seed=0)
+    assert "distance" not in made(site)["policy"]
+    progress = SilentProgress()
+    used = made(moved, progress=progress)["policy"]
+    assert (used["id"], 0.0 < used["distance"] < 0.1) == (held, True)
+    assert used["note"].startswith(f"{held}, of nearly this site (distance 0.0")
+    assert f"policy: {used['note']}" in progress.notes
+    assert made(moved, policy="none")["policy"] == made(site, policy="none")["policy"]
+
+
+def test_a_policy_that_was_trained_otherwise_is_named_and_not_used(site, moved, own_store):
+    held = trained_for(site, seed=7)
+    for file, which in ((site, "this site's"), (moved, "nearly this site's")):
+        policy = made(file)["policy"]
+        assert policy["id"] == "greedy"
+        assert policy["note"].endswith(f"; {which}, trained otherwise: --policy {held}")
+
+
+def test_the_policy_of_another_building_is_never_near(site, own_store):
+    stored(load_generalist(), Path("sample_models/yard.site.toml"))
+    policy = made(site)["policy"]
+    assert (policy["id"], "note" in policy) == ("greedy", False)
 
 
 def test_a_policy_with_another_observation_is_refused_by_name_and_replaced_by_default(site, own_store):

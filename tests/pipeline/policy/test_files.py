@@ -9,6 +9,7 @@ import pickle
 import zipfile
 from pathlib import Path
 
+import gymnasium
 import numpy as np
 import onnxruntime
 import pytest
@@ -16,6 +17,7 @@ import torch
 from bimvox_pipeline.policy import export_policy, import_policy, pack, unpack
 from stable_baselines3 import DQN
 
+from bimvox.env.actions import ACTION_COUNT
 from bimvox.env.observation import INPUT_SIZE, VIEW_SIZE
 from bimvox.errors import InputError, PolicyError
 from bimvox.policy import store
@@ -99,6 +101,25 @@ def test_a_stable_baselines3_file_survives_the_round_trip(stored: str, tmp_path:
 class _Bomb:
     def __reduce__(self) -> tuple[object, tuple[str]]:
         return (Path.touch, (Path("exploded"),))
+
+
+def test_a_stock_network_trained_on_the_environment_is_a_policy(own_store: Path, tmp_path: Path) -> None:
+    """It observes all of the 2,597 numbers, and its actions are the site's."""
+    env = gymnasium.make("bimvox/Lift-v0")
+    assert env.observation_space.shape == (VIEW_SIZE,) == (2597,)
+    stock = DQN("MlpPolicy", env, buffer_size=10, policy_kwargs={"net_arch": [8]}, seed=0)
+    stock.save(tmp_path / "stock.zip")
+    stored = import_policy(tmp_path / "stock.zip", trust=True)["id"]
+    found = store.load(stored).network
+    assert (found.is_framed, found.layer_sizes) == (False, (VIEW_SIZE, 8, ACTION_COUNT))
+    seen = observations()
+    actions = stock.predict(seen, deterministic=True)[0]
+    np.testing.assert_array_equal(found(seen).argmax(axis=1), actions)
+
+    export_policy(stored, out=tmp_path / "again.onnx")  # compared with the network by ONNX's own reader
+    export_policy(stored, out=tmp_path / "again.sb3.zip")
+    again = DQN.load(tmp_path / "again.sb3.zip", device="cpu")
+    np.testing.assert_array_equal(again.predict(seen, deterministic=True)[0], actions)
 
 
 def test_nothing_in_a_hostile_file_runs(stored: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,6 +12,7 @@ import pytest
 from bimvox_pipeline.train import train
 
 from bimvox.policy import store as policies
+from bimvox.policy.generalist.weights import load_generalist
 from bimvox.policy.tensorboard import FILE_NAME
 from bimvox.progress import SilentProgress
 
@@ -66,6 +67,25 @@ def test_training_begins_with_the_policy_that_ships(site_folder, own_store):
     assert document["from"] == generalist_record()["id"]
     assert document["curve"][0][0] == 0
     assert document["curve"][0][1] > 0.9  # on a site that it has never seen
+
+
+def test_nothing_is_stored_if_nothing_was_to_be_learned(site_folder, own_store):
+    from bimvox.policy.generalist.weights import generalist_record
+
+    progress, shipped = SilentProgress(), generalist_record()["id"]
+    document = train(site_folder / "frame.site.toml", progress=progress)
+    assert (document["policy"], document["learned"], document["steps"]) == (shipped, False, 0)
+    assert any(note.startswith(f"nothing was to be learned: policy {shipped}, the shipped") for note in progress.notes)
+    assert policies.scan().manifests == ()
+
+
+@pytest.mark.slow
+def test_a_policy_is_trained_anyway_if_asked(site_folder, own_store):
+    document = train(site_folder / "frame.site.toml", steps=2_000, anyway=True, progress=SilentProgress())
+    (manifest,) = policies.scan().manifests
+    assert (document["policy"], document["learned"], document["from"]) == (manifest.id, True, manifest.parent)
+    assert [steps for steps, _ in document["curve"]] == [0, document["steps"]]
+    assert not policies.load(manifest.id).network.equals(load_generalist())
 
 
 @pytest.mark.slow
