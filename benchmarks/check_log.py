@@ -58,6 +58,7 @@ def _schedule_read(python: Path, log: Path, folder: Path) -> int | None:
     from bimvox_pipeline.export import export
 
     from bimvox.exporters.lift_schedule import duration_text
+    from bimvox.library.export import When
     from bimvox.log.plan_log import log_dates
     from bimvox.log.reader import read_log
     from bimvox.progress import SilentProgress
@@ -67,7 +68,13 @@ def _schedule_read(python: Path, log: Path, folder: Path) -> int | None:
         print("not installed: mpxj and jpype1")
         return None
     print(f"mpxj {log.stem}.xml", flush=True)
-    export(log, to="msproject", out=folder / "schedule.xml", start=START, progress=SilentProgress())
+    export(
+        log,
+        to="msproject",
+        out=folder / "schedule.xml",
+        when=When(datetime.fromisoformat(START)),
+        progress=SilentProgress(),
+    )
     record = read_log(log)
     dates = log_dates(record, datetime.fromisoformat(START))
     assert dates is not None

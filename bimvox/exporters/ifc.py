@@ -81,6 +81,7 @@ class _Writer:
             for crane in row.task.cranes[: len(cranes)] if row.task is not None else ():
                 self._works_at(cranes[crane], tasks[row.uid], f"crane {crane + 1} {self._key(row.uid)}")
         self._sequence(tasks)
+        self._baseline(plan)
 
     def _key(self, uid: int) -> str:
         """Return what tells a task from all others: its part, or its number in the outline."""
@@ -180,18 +181,49 @@ class _Writer:
             ScheduleStart=start.isoformat(),
             ScheduleFinish=finish.isoformat(),
             IsCritical=row.uid in self.outline.critical,
+            **(self._actual(row) if row.task is not None and row.task.is_begun else {}),
         )
 
-    def _control(self, ifc_class: str, name: str) -> Any:
+    def _actual(self, row: Row) -> dict[str, Any]:
+        assert self.schedule.until is not None and row.task is not None
+        begun = {"StatusTime": self.schedule.until.isoformat(), "ActualStart": row.times[0].isoformat()}
+        return {**begun, "ActualFinish": row.times[1].isoformat(), "Completion": 1.0} if row.task.is_ended else begun
+
+    def _baseline(self, plan: Any) -> None:
+        """Add a second schedule of the plan: the dates as they were planned, a task for each of the first one's."""
+        planned = [
+            (row, self.schedule.baseline[row.task.key])
+            for row in self.outline.rows
+            if row.task is not None and row.task.key in self.schedule.baseline
+        ]
+        if not planned:
+            return
+        control = self._control("IfcWorkSchedule", f"Lifts of {self.schedule.name}, as planned", kind="BASELINE")
+        self._rooted("IfcRelAggregates", "plan baseline", RelatingObject=plan, RelatedObjects=[control])
+        tasks = [
+            self._rooted(
+                "IfcTask",
+                f"baseline {self._key(row.uid)}",
+                Name=row.name,
+                IsMilestone=False,
+                TaskTime=self.file.create_entity(
+                    "IfcTaskTime", ScheduleStart=times[0].isoformat(), ScheduleFinish=times[1].isoformat()
+                ),
+            )
+            for row, times in planned
+        ]
+        self._rooted("IfcRelAssignsToControl", "controls baseline", RelatedObjects=tasks, RelatingControl=control)
+
+    def _control(self, ifc_class: str, name: str, *, kind: str = "PLANNED") -> Any:
         return self._rooted(
             ifc_class,
-            ifc_class,
+            ifc_class if kind == "PLANNED" else f"{ifc_class} {kind}",
             Name=name,
             CreationDate=self.schedule.begins.isoformat(),
             StartTime=self.schedule.starts.isoformat(),
             FinishTime=self.schedule.finishes.isoformat(),
             Identification=self.schedule.identity[:16],
-            PredefinedType="PLANNED",
+            PredefinedType=kind,
         )
 
     def _crane(self, number: int, resource: CraneResource) -> Any:

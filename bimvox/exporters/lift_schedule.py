@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from math import floor
 
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.log.moving import tracks_of
-from bimvox.log.plan_log import PlanLog
+from bimvox.log.plan_log import PlanLog, how_set, task_name
 from bimvox.records.crews import Crew, casting_crew, crew_of, erection_crews, unloading_crew
+from bimvox.records.done import DoneWork
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.plan_dates import PlanDates
 from bimvox.records.steps import Step, Steps, cured_ns
 from bimvox.records.track import LoadTrack
 from bimvox.site.component import Component
-from bimvox.site.means import HOW, Means
+from bimvox.site.means import Means
 from bimvox.site.site import Site
 from bimvox.site.work import kind_of
 from bimvox.units import elapsed
@@ -39,6 +40,8 @@ class Preparation:
         is_delivery: Whether it is the unloading of a delivery.
         crew: The people who do it; None if not stated.
         cranes: The cranes that do it: indices into ``LiftSchedule.cranes``.
+        is_begun: Whether it has begun.
+        is_ended: Whether it has ended.
     """
 
     name: str
@@ -49,6 +52,13 @@ class Preparation:
     is_delivery: bool = False
     crew: Crew | None = None
     cranes: tuple[int, ...] = ()
+    is_begun: bool = False
+    is_ended: bool = False
+
+    @property
+    def key(self) -> str:
+        """What it is known by in another version of the plan."""
+        return self.name
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +80,8 @@ class LiftTask:
         storey: Name of the part's storey, if any.
         kind: Class of the part, for example ``wall``.
         crew: The people who do it; None if nobody says how many they are.
+        is_begun: Whether it has begun.
+        is_ended: Whether it has ended.
     """
 
     number: int
@@ -86,6 +98,13 @@ class LiftTask:
     storey: str | None = None
     kind: str = "other"
     crew: Crew | None = None
+    is_begun: bool = False
+    is_ended: bool = False
+
+    @property
+    def key(self) -> str:
+        """What it is known by in another version of the plan."""
+        return self.component
 
     @property
     def cranes(self) -> tuple[int, ...]:
@@ -118,6 +137,9 @@ class LiftSchedule:
         cranes: The cranes; none on a site without one.
         dates: The plan in calendar time; None for round the clock.
         preparations: The set-up of the crane and the unloading of deliveries, in time; none without dates.
+        until: When the state of the work was stated; None if nothing of it is known.
+        baseline: Start and finish as they were planned, by the key of tasks and preparations; none if these are the
+            plan's own.
     """
 
     name: str
@@ -127,6 +149,29 @@ class LiftSchedule:
     cranes: tuple[CraneResource, ...] = ()
     dates: PlanDates | None = None
     preparations: tuple[Preparation, ...] = ()
+    until: datetime | None = None
+    baseline: Mapping[str, tuple[datetime, datetime]] = field(default_factory=dict)
+
+    @property
+    def all_times(self) -> dict[str, tuple[datetime, datetime]]:
+        """Start and finish of each task and preparation, by its key."""
+        every: tuple[LiftTask | Preparation, ...] = (*self.preparations, *self.tasks)
+        return {one.key: self.times(one) for one in every}
+
+    def with_progress(self, done: DoneWork, baseline: Mapping[str, tuple[datetime, datetime]]) -> LiftSchedule:
+        """Return the schedule with what has been carried out, and with its dates as they were planned.
+
+        A preparation has ended if a lift that waits for it has begun.
+        """
+        tasks = tuple(
+            replace(one, is_begun=one.number - 1 in done.begun, is_ended=one.number - 1 in done.ended)
+            for one in self.tasks
+        )
+        last = max((one.number for one in tasks if one.is_begun), default=0)
+        preparations = tuple(
+            replace(one, is_begun=one.first <= last, is_ended=one.first <= last) for one in self.preparations
+        )
+        return replace(self, tasks=tasks, preparations=preparations, until=done.until, baseline=baseline)
 
     def before(self, index: int) -> tuple[tuple[int, bool], ...]:
         """Return the predecessors of a task: their indices, and whether the task starts after them or only ends after.
@@ -192,7 +237,7 @@ def schedule_of(
                 lift.number,
                 component.id,
                 component.global_id,
-                f"Lift {lift.number}: {component.name or component.id}",
+                task_name(component, lift.number, is_lift=True),
                 f"{component.mass_kg:.0f} kg{_delivery(lift)}",
                 *_span_s(track, motions.get(lift.order), steps, dates),
                 _crane_of(site, component),
@@ -278,14 +323,14 @@ def _delivery(lift: Lift) -> str:
 
 def _step_task(site: Site, step: Step, dates: PlanDates | None) -> LiftTask:
     component = site.components[step.component]
-    how = HOW.get(component.means, "set by other means")
+    how = how_set(component)
     wait_s = (step.carries_ns - step.ends_ns) / 1e9
     begins_ns, ends_ns = dates.steps[step.order][:2] if dates else (step.begins_ns, step.ends_ns)
     return LiftTask(
         step.order + 1,
         component.id,
         component.global_id,
-        f"Step {step.order + 1}: {component.name or component.id}, {how}",
+        task_name(component, step.order + 1, is_lift=False),
         f"{component.mass_kg:.0f} kg, {how}" + (f", carries {elapsed(wait_s)} after its end" if wait_s else ""),
         begins_ns / 1e9,
         ends_ns / 1e9,

@@ -17,6 +17,7 @@ from bimvox.exporters.ms_project import to_ms_project
 from bimvox.log.layout import layout_bytes
 from bimvox.log.mcap.reader import read_contents
 from bimvox.log.plan_log import PlanLog, with_full_rate
+from bimvox.records.done import DoneWork
 from bimvox.records.plan_dates import PlanDates
 
 
@@ -31,6 +32,8 @@ class Chosen:
         dates: The plan in calendar time; None for round the clock.
         model: Name and bytes of the IFC file that the plan was made from; needed for ``ifc`` alone.
         note: Told what the format does not have of it.
+        done: What has been carried out; ``dates`` are by it.
+        baseline: Another version of the plan with its dates: those that were planned.
     """
 
     log: PlanLog
@@ -39,6 +42,8 @@ class Chosen:
     dates: PlanDates | None = None
     model: tuple[Path, bytes] | None = None
     note: Callable[[str], None] = lambda _: None
+    done: DoneWork | None = None
+    baseline: tuple[PlanLog, PlanDates] | None = None
 
     @property
     def part(self) -> PlanLog:
@@ -48,7 +53,12 @@ class Chosen:
     @property
     def schedule(self) -> LiftSchedule:
         """The lifts as dated tasks."""
-        return schedule_of(self.log, self.begins, self.orders, self.dates)
+        schedule = schedule_of(self.log, self.begins, self.orders, self.dates)
+        if self.done is None or self.baseline is None:
+            return schedule
+        log, dates = self.baseline
+        planned = schedule_of(log, self.begins, [lift.order for lift in log.plan.lifts], dates)
+        return schedule.with_progress(self.done, planned.all_times)
 
 
 def _with_schedule(chosen: Chosen) -> bytes:

@@ -54,6 +54,7 @@ def to_ms_project(schedule: LiftSchedule) -> bytes:
         MinutesPerWeek=str(day_min * week_days),
         DaysPerMonth=str(round(week_days * 30 / 7)),
         DurationFormat=_ELAPSED_MINUTES,
+        **({} if schedule.until is None else {"StatusDate": schedule.until.isoformat()}),
     )
     attributes = _add(project, "ExtendedAttributes")
     _add(attributes, "ExtendedAttribute", FieldID=_GLOBAL_ID_FIELD, FieldName="Text1", Alias="GlobalId")
@@ -73,6 +74,8 @@ def to_ms_project(schedule: LiftSchedule) -> bytes:
             _add(entry, "PredecessorLink", PredecessorUID=str(before), Type=_LINKS[link], LinkLag=str(lag), **lags)
         if isinstance(row.task, LiftTask):
             _add(entry, "ExtendedAttribute", FieldID=_GLOBAL_ID_FIELD, Value=row.task.global_id)
+        if row.task is not None and (planned := schedule.baseline.get(row.task.key)) is not None:
+            _add(entry, "Baseline", Number="0", **_dates(planned, row.task.work_s))
     _resources(project, schedule, preparing)
     ElementTree.indent(project, " ")
     written: bytes = ElementTree.tostring(project, encoding="utf-8", xml_declaration=True)
@@ -82,9 +85,7 @@ def to_ms_project(schedule: LiftSchedule) -> bytes:
 def _task(tasks: ElementTree.Element, number: int, row: Row, *, is_critical: bool) -> ElementTree.Element:
     """Add a row."""
     work_s = None if row.task is None else row.task.work_s
-    start, finish = row.times
-    length = finish - start if work_s is None else timedelta(seconds=round(work_s))
-    dates = {"Start": start.isoformat(), "Finish": finish.isoformat(), "Duration": duration_text(length)}
+    dates = _dates(row.times, work_s)
     return _add(
         tasks,
         "Task",
@@ -100,9 +101,26 @@ def _task(tasks: ElementTree.Element, number: int, row: Row, *, is_critical: boo
         Milestone="0",
         Summary=str(int(row.task is None)),
         Critical=str(int(is_critical)),
+        **_actual(row),
         ConstraintType=_NOT_EARLIER if row.is_delivery else _AS_SOON_AS_POSSIBLE,
-        **({"ConstraintDate": start.isoformat()} if row.is_delivery else {}),
+        **({"ConstraintDate": dates["Start"]} if row.is_delivery else {}),
     )
+
+
+def _dates(times: tuple[datetime, datetime], work_s: float | None) -> dict[str, str]:
+    start, finish = times
+    length = finish - start if work_s is None else timedelta(seconds=round(work_s))
+    return {"Start": start.isoformat(), "Finish": finish.isoformat(), "Duration": duration_text(length)}
+
+
+def _actual(row: Row) -> dict[str, str]:
+    """Return what has been carried out of a row; its dates are those at which it was."""
+    if row.task is None or not row.task.is_begun:
+        return {}
+    dates = _dates(row.times, row.task.work_s)
+    if not row.task.is_ended:
+        return {"PercentComplete": "0", "ActualStart": dates["Start"]}
+    return {"PercentComplete": "100", **{f"Actual{key}": value for key, value in dates.items()}}
 
 
 def _calendar(calendars: ElementTree.Element, schedule: LiftSchedule) -> None:

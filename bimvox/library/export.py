@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import tempfile
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import partial
 from os import PathLike
@@ -19,9 +20,12 @@ from bimvox.library.arguments import insist, path_of
 from bimvox.library.attached_files import building_of, completed, config_in
 from bimvox.library.plan_value import Plan
 from bimvox.library.render import revision_of_plan
+from bimvox.log.done_file import done_until, read_done
 from bimvox.log.plan_log import PlanLog, chosen_lifts, log_dates
 from bimvox.log.reader import read_log
 from bimvox.progress import Listener, Progress, progress_of
+from bimvox.records.done import DoneWork
+from bimvox.records.plan_dates import PlanDates
 from bimvox.rendering.page.document import page_json
 from bimvox.rendering.page.source import PageSource
 
@@ -36,6 +40,7 @@ def export(
     lifts: Iterable[int | str] | None = None,
     model: Path | str | None = None,
     start: datetime | None = None,
+    done: Path | str | None = None,
     progress: Listener = None,
 ) -> Path:
     """Write a plan, some of its lifts, or a grid in another format, whole or not at all, and return its path.
@@ -53,6 +58,8 @@ def export(
         model: The IFC file that the plan was made from; needed for ``ifc`` alone.
         start: Local date and time from which on work is done, in the hours of the site file's ``[calendar]``; default:
             the start in that table. Of ``ifc``, ``msproject``, ``csv`` and ``json``.
+        done: File with what has been carried out (:func:`bimvox.log.done_file.read_done`), of the same formats: the
+            dates of the rest follow from it, and ``ifc`` and ``msproject`` have planned and actual dates.
         progress: A ``Progress``, or a function that takes a line of text.
 
     Raises:
@@ -63,8 +70,8 @@ def export(
     insist("export", what, (Plan, VoxelGrid, str, PathLike), "plan, a grid or the path of a log")
     reporter, target = progress_of(progress), path_of("export", path)
     if isinstance(what, VoxelGrid):
-        if lifts is not None or model is not None or start is not None:
-            raise InputError("a grid has no lifts", hint="leave lifts, model and start out")
+        if any(one is not None for one in (lifts, model, start, done)):
+            raise InputError("a grid has no lifts", hint="leave lifts, model, start and done out")
         wanted = _format(Source.GRID, to, target)
         write_grid(what, wanted, check_output(target), progress=reporter)
     else:
@@ -81,11 +88,31 @@ def export(
             reporter.finish()
             return target
         names = [str(one) for one in (lifts if lifts is not None else ())]
-        write_lifts(
-            plan.record, wanted, chosen_lifts(plan.record, names), target, begins=start, model=base, note=reporter.note
-        )
+        when = When(start, None if done is None else path_of("export", done, "a file"))
+        write_lifts(plan.record, wanted, chosen_lifts(plan.record, names), target, when, model=base, note=reporter.note)
     reporter.finish()
     return target
+
+
+@dataclass(frozen=True, slots=True)
+class When:
+    """When the work of a plan is done.
+
+    Attributes:
+        start: From when on it is done, local time; None takes the site file's start.
+        done: File that says what has been carried out, see :func:`bimvox.log.done_file.read_done`: the dates of the
+            rest follow from it. None takes what a simulated watch had carried out, if it wrote the log.
+        baseline: Log of the plan that says when everything was planned; None takes the log itself.
+    """
+
+    start: datetime | None = None
+    done: Path | None = None
+    baseline: Path | None = None
+
+    @property
+    def files(self) -> list[Path]:
+        """Its files."""
+        return [one for one in (self.done, self.baseline) if one is not None]
 
 
 def require_whole_log(target: Path, partly: bool) -> None:
@@ -132,8 +159,8 @@ def write_lifts(
     wanted: Format,
     orders: Sequence[int],
     target: Path,
+    when: When | None = None,
     *,
-    begins: datetime | None = None,
     model: Path | None = None,
     inputs: Iterable[Path] = (),
     note: Callable[[str], None] = lambda _: None,
@@ -145,13 +172,13 @@ def write_lifts(
         wanted: A format of logs.
         orders: The lifts.
         target: The file or new folder.
-        begins: From when on work is done, local time; None takes the site file's start.
+        when: When the work begins, and what of it has been carried out.
         model: The IFC file that the plan was made from; needed for ``ifc`` alone.
         inputs: Files that must not be replaced.
         note: Told of what is left out.
 
     Raises:
-        InputError: If ``ifc`` lacks the model, or it is another file.
+        InputError: If ``ifc`` lacks the model, or it is another file, or what is done is known of a plan without dates.
         FileError: If it cannot be written.
     """
     from bimvox.exporters.csv_json import deliveries_csv, lifts_csv
@@ -163,14 +190,45 @@ def write_lifts(
         require_whole_log(target, len(orders) < len(log.plan.lifts))
         return _write_folder(target, partial(_written_deliveries, log, note))
     own = (model, _model_bytes(log, model)) if wanted.name == "ifc" and model else None
+    when = when or When()
+    begins, baseline = when.start, when.baseline
     dates = log_dates(log, begins)
-    data = WRITERS[wanted.name](Chosen(log, tuple(orders), begins or DEFAULT_BEGIN, dates, own, note))
+    work = _carried_out(log, wanted, dates, when.done, note)
+    chosen = Chosen(log, tuple(orders), begins or DEFAULT_BEGIN, dates, own, note)
+    if work is not None and dates is not None:
+        first = log if baseline is None else read_log(baseline)
+        planned, dates = log_dates(first, begins), log_dates(log, begins, work)
+        chosen = replace(chosen, dates=dates, done=work, baseline=(first, planned) if planned is not None else None)
+    data = WRITERS[wanted.name](chosen)
     tables = {}
     if wanted.name == "csv":
         made = (table(log.extract(orders), dates).encode() for table in (lifts_csv, deliveries_csv))
         tables = dict(zip(tables_of(target), made, strict=True))
-    write_together({target: data, **tables}, inputs=[*inputs, *([model] if model else [])])
+    write_together({target: data, **tables}, inputs=[*inputs, *when.files, *([model] if model else [])])
     return messages_in(data, wanted.name)
+
+
+def _carried_out(
+    log: PlanLog, wanted: Format, dates: PlanDates | None, file: Path | None, note: Callable[[str], None]
+) -> DoneWork | None:
+    """Return what of a plan has been carried out; None if nothing is known of it."""
+    if file is None:
+        return done_until(log, dates) if dates is not None else None
+    if not wanted.is_dated and wanted.name not in ("csv", "json"):
+        raise InputError(f"{wanted.name} has no dates, so it does not show what is done", hint="leave --done out")
+    if dates is None:
+        raise InputError(
+            "what is done needs a plan with dates, whole", hint="give --start, or a start in the site file's [calendar]"
+        )
+    work, notes = read_done(file, read_input(file), log, dates)
+    for sentence in notes:
+        note(sentence)
+    if work is not None:
+        later = log_dates(log, dates.begins, work)
+        ends = "" if later is None else f"; the work ends {later.end_in_words}, planned {dates.end_in_words}"
+        begun = f"{len(work.ended):,} done and {len(work.begun) - len(work.ended):,} under way"
+        note(f"{file.name}: {begun} of {len(dates.spans):,} parts{ends}")
+    return work
 
 
 def write_grid(

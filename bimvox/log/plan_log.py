@@ -19,6 +19,7 @@ from pydantic import ValidationError
 from bimvox.errors import ConfigError, SelectionError
 from bimvox.motion.steps import steps_of_log
 from bimvox.records.dates import dates_of
+from bimvox.records.done import DoneWork
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import TRACKS, CarriedOut, LiftMotion
 from bimvox.records.plan_dates import PlanDates
@@ -29,8 +30,10 @@ from bimvox.records.steps import Steps
 from bimvox.remarks.proven_props import proven_props
 from bimvox.remarks.remarks import remarks_if_sensible
 from bimvox.remarks.rules import late
+from bimvox.site.component import Component
 from bimvox.site.config.calendar import CalendarConfig, CostsConfig
 from bimvox.site.config.file import SITE_FILE
+from bimvox.site.means import HOW
 from bimvox.site.nested import toml_values
 from bimvox.site.programme import ATTACHED, read_programme
 from bimvox.version import __version__
@@ -247,10 +250,21 @@ def _range(lifts: Sequence[Lift]) -> str:
 # The dates of a log: its plan in calendar time, by the attached site file, next to those of its programme.
 
 
-def log_dates(log: PlanLog, start: datetime | None = None) -> PlanDates | None:
+def task_name(component: Component, number: int, *, is_lift: bool) -> str:
+    """Return what the task of a lift, or a step of other work, is called in schedules."""
+    name = component.name or component.id
+    return f"Lift {number}: {name}" if is_lift else f"Step {number}: {name}, {how_set(component)}"
+
+
+def how_set(component: Component) -> str:
+    """Return how a part is set that the crane does not set."""
+    return HOW.get(component.means, "set by other means")
+
+
+def log_dates(log: PlanLog, start: datetime | None = None, done: DoneWork | None = None) -> PlanDates | None:
     """Return the dates of a log.
 
-    ``start``: when work may begin, local time; None takes the site file's.
+    ``start``: when work may begin, local time; None takes the site file's. ``done``: what has been carried out.
 
     Returns:
         The dates; None if the start is not known, or of an extract or a plan without a crane: dates follow from the
@@ -259,7 +273,7 @@ def log_dates(log: PlanLog, start: datetime | None = None) -> PlanDates | None:
     if log.context:
         return None
     site = log.plan.site
-    dates = dates_of(log_calendar(log), site, log.plan.lifts, log.motions, log.steps, start)
+    dates = dates_of(log_calendar(log), site, log.plan.lifts, log.motions, log.steps, start, done=done)
     if dates is None or (given := attached_programme(log)) is None:
         return dates
     with suppress(ConfigError):

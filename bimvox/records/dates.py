@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
 from heapq import heappop, heappush
@@ -11,6 +11,7 @@ from itertools import chain
 from operator import itemgetter
 
 from bimvox.records.crews import crew_hours
+from bimvox.records.done import DoneWork
 from bimvox.records.lift import Lift
 from bimvox.records.motion import LiftMotion
 from bimvox.records.plan_dates import Block, PlanDates
@@ -34,13 +35,23 @@ def dates_of(
     start: datetime | None = None,
     *,
     numbered: bool = False,
+    done: DoneWork | None = None,
 ) -> PlanDates | None:
     """Return the dates of a plan; None if its start is not known, or it has no motions.
 
     Everything keeps its order in time: a lift waits for what carried before it in elapsed time, a step for the
     lifts before it, for its crew and for what carried. Waits run through nights and breaks, work does not.
-    ``lifts`` are all of the plan; ``start`` is when work may begin, local time; None takes the calendar's. If neither
-    is known, ``numbered`` asks for the times of a usual Monday on, whose working days are numbered.
+    What is done has the dates at which it was done; the rest begins after the last of these, by the same rules.
+
+    Args:
+        calendar: The working hours.
+        site: The site.
+        lifts: All lifts of the plan.
+        motions: Their motions.
+        steps: The work that the crane does not do.
+        start: When work may begin, local time; None takes the calendar's.
+        numbered: If neither is known, return the times of a usual Monday on, whose working days are numbered.
+        done: What has been carried out.
     """
     lifts = list(lifts)
     is_dated = start is not None or calendar.start is not None
@@ -48,7 +59,7 @@ def dates_of(
     begins = start or calendar.begins
     if begins is None or not motions:
         return None
-    dates = _walked(calendar, site, lifts, motions, steps, begins)
+    dates = _walked(calendar, site, lifts, motions, steps, begins, done)
     unloading = unloading_of(calendar, site, lifts)
     clock_ns = max(motion.end_ns for motion in motions) - min(motion.start_ns for motion in motions)
     dates = replace(dates, unloading=unloading, crane_ns=clock_ns, is_dated=is_dated)
@@ -61,10 +72,11 @@ def dates_of(
     unloaded = [span for spans in dates.lorries.values() for span in spans]
     dates = replace(dates, crews=crew_hours(site, calendar, set_by_crane, cast, unloaded, dates.work))
     times: dict[Work, list[int]] = {}
-    for motion in sorted(motions, key=lambda motion: motion.order):
+    left = (motion for motion in motions if done is None or motion.order not in done.begun)
+    for motion in sorted(left, key=lambda motion: motion.order):
         start_ns, released_ns = dates.lifts[motion.order]
         times.setdefault(work_of(site.components[motion.component]), []).append(released_ns - start_ns)
-    days = (dates.first.date(), dates.last.date())
+    days = (max([dates.first, *([done.until] if done else [])]).date(), dates.last.date())
     weather = Weather(
         tuple(dates.hours.weather_shares(*days, calendar.days_lost)),
         sum(days[0] <= day <= days[1] for day in dates.hours.weather),
@@ -94,8 +106,10 @@ def _walked(
     motions: Sequence[LiftMotion],
     steps: Steps,
     begins: datetime,
+    done: DoneWork | None = None,
 ) -> PlanDates:
-    return _Walk(calendar, site, WorkTime(calendar.hours_from(begins.date()), begins)).over(lifts, motions, steps)
+    work = WorkTime(calendar.hours_from(begins.date()), begins)
+    return _Walk(calendar, site, work, done).over(lifts, motions, steps)
 
 
 def blocks_of(site: Site, motions: Iterable[LiftMotion]) -> tuple[Block, ...]:
@@ -120,8 +134,11 @@ def blocks_of(site: Site, motions: Iterable[LiftMotion]) -> tuple[Block, ...]:
 class _Walk:
     """Goes through a plan in elapsed time and gives everything its date."""
 
-    def __init__(self, calendar: CalendarConfig, site: Site, work: WorkTime) -> None:
+    def __init__(self, calendar: CalendarConfig, site: Site, work: WorkTime, done: DoneWork | None = None) -> None:
         self.calendar, self.site, self.work = calendar, site, work
+        self._begun = {order: work.ns_of(at) for order, at in done.begun.items()} if done else {}
+        self._ended = {order: work.ns_of(at) for order, at in done.ended.items()} if done else {}
+        self._until_ns = work.ns_of(done.until) if done else 0
         self.lifts: dict[int, tuple[int, int]] = {}
         self.steps: dict[int, tuple[int, int, int]] = {}
         self.lorries: dict[int, tuple[Span, ...]] = {}
@@ -158,13 +175,22 @@ class _Walk:
                 if (move := moves.get(order)) is not None:
                     begins_ns, end_ns = end_ns, self.work.worked(end_ns, move.ends_ns - move.begins_ns)
                     self.moves[order] = (self.work.fitting(begins_ns, 0), end_ns)
+            begun_ns = self._block_begun(item, of_order)
             coming = sorted({delivery[order] for order in item.orders if order in delivery} - self.lorries.keys())
             work_ns = {number: self._unloading_ns(number) for number in coming}
             ready_ns = end_ns
             for each_ns in chain.from_iterable(work_ns.values()):
                 ready_ns = self.work.unloaded(ready_ns, each_ns)[1]
-            start_ns = self.work.fitting(max(ready_ns, self._carried_ns), item.ends_ns - item.begins_ns)
-            self._unload(work_ns, end_ns, start_ns)
+            if begun_ns is None:
+                ready_ns = max(ready_ns, self._carried_ns, self._until_ns)
+                start_ns = self.work.fitting(ready_ns, item.ends_ns - item.begins_ns)
+            else:
+                start_ns = begun_ns
+            self._unload(work_ns, min(end_ns, start_ns), start_ns)
+            if begun_ns is not None:  # what was lifted earlier than planned had come by then
+                for number in coming:
+                    spans = self.lorries.get(number, ())
+                    self.lorries[number] = tuple((min(low, start_ns), min(high, start_ns)) for low, high in spans)
             self.starts_ns.append(start_ns)
             for motion in sorted((of_order[order] for order in item.orders), key=lambda motion: motion.released_ns):
                 self.lifts[motion.order] = at = self._lift(motion, start_ns - item.begins_ns)
@@ -172,7 +198,8 @@ class _Walk:
                 self._released.append((released_ns, at[1]))
                 if (cured_at_ns := cured_ns(self.site, planned, motion)) is not None:
                     heappush(self._waits, (cured_at_ns, at[1] + cured_at_ns - released_ns))
-            end_ns, clock_ns = start_ns + item.ends_ns - item.begins_ns, item.ends_ns
+            late_ns = (self.lifts[n][1] - of_order[n].released_ns - start_ns + item.begins_ns for n in item.orders)
+            end_ns, clock_ns = start_ns + item.ends_ns - item.begins_ns + max(late_ns), item.ends_ns
         long = (block for block in blocks if self.work.is_too_long(block.ends_ns - block.begins_ns))
         return PlanDates(
             self.calendar,
@@ -224,7 +251,16 @@ class _Walk:
         start_ns, hooked_ns = motion.work_starts_ns + shift_ns, motion.hooked_ns + shift_ns
         if self.site.has_several_cranes:
             start_ns = max(start_ns, min(self.work.stretch_start(hooked_ns), hooked_ns))
-        return start_ns, motion.released_ns + shift_ns
+        begun_ns = self._begun.get(motion.order, start_ns)
+        return begun_ns, self._ended.get(motion.order, motion.released_ns + shift_ns + begun_ns - start_ns)
+
+    def _block_begun(self, block: Block, motions: Mapping[int, LiftMotion]) -> int | None:
+        """Return when a block begins whose first lift has begun; None if none has."""
+        begun = [order for order in block.orders if order in self._begun]
+        if not begun:
+            return None
+        first = min(begun, key=lambda order: self._begun[order])
+        return self._begun[first] - (motions[first].work_starts_ns - block.begins_ns)
 
     def _carry(self, at_ns: int) -> None:
         """Note what carries at a time, in the plan's elapsed time; the times that are asked for ascend."""
@@ -235,8 +271,9 @@ class _Walk:
         means = self.site.components[step.component].means
         earlier = bisect_right(self._released, step.begins_ns, key=itemgetter(0))
         released_ns = self._released[earlier - 1][1] if earlier else 0
-        begins_ns = self.work.fitting(max(self._carried_ns, released_ns, self._crew_ns.get(means, 0)), 0)
-        ends_ns = self.work.worked(begins_ns, step.ends_ns - step.begins_ns)
+        ready_ns = max(self._carried_ns, released_ns, self._crew_ns.get(means, 0), self._until_ns)
+        begins_ns = self._begun.get(step.order, self.work.fitting(ready_ns, 0))
+        ends_ns = self._ended.get(step.order, self.work.worked(begins_ns, step.ends_ns - step.begins_ns))
         if means is not Means.CRANE:  # one crew does one part after the other
             self._crew_ns[means] = ends_ns
         self.steps[step.order] = (begins_ns, ends_ns, ends_ns + step.carries_ns - step.ends_ns)

@@ -123,12 +123,13 @@ class WorkTime:
         """Return the number of the first stretch that ends after a time."""
         while not self._ends or self._ends[-1] <= at_ns:
             first, last = next(self._spans)
-            self._starts.append(self._ns(first))
-            self._ends.append(self._ns(last))
+            self._starts.append(self.ns_of(first))
+            self._ends.append(self.ns_of(last))
         return bisect_right(self._ends, at_ns)
 
     def _day(self, n: int) -> date:
         return (self.begins + timedelta(microseconds=self._starts[n] // _NS_PER_US)).date()
 
-    def _ns(self, moment: datetime) -> int:
+    def ns_of(self, moment: datetime) -> int:
+        """Return a local time as nanoseconds after the moment from which on time is counted."""
         return (moment - self.begins) // timedelta(microseconds=1) * _NS_PER_US

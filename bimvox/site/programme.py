@@ -32,6 +32,7 @@ class Row:
         start: Its start, local time; None if it has none.
         finish: Its finish.
         is_summary: Whether it has tasks instead of work of its own.
+        actual: When it was begun and ended; None for what has not been.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Row:
     start: datetime | None
     finish: datetime | None
     is_summary: bool = False
+    actual: tuple[datetime | None, datetime | None] = (None, None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,9 +102,12 @@ def read_ms_project(data: bytes) -> _ProgrammeTable:
     rows = []
     for n, task in enumerate(entries):
         name = _text(task, "Name") or f"task {_text(task, 'ID')}"
-        start, finish = (_date_of(_text(task, key), f"task {name!r}: {key}") for key in ("Start", "Finish"))
+        start, finish, begun, ended = (
+            _date_of(_text(task, key), f"task {name!r}: {key}")
+            for key in ("Start", "Finish", "ActualStart", "ActualFinish")
+        )
         is_summary = n in wholes or _text(task, "Summary") == "1"
-        rows.append(Row(name, above[n], " ".join(task.itertext()), start, finish, is_summary))
+        rows.append(Row(name, above[n], " ".join(task.itertext()), start, finish, is_summary, (begun, ended)))
     return _ProgrammeTable(rows, links)
 
 
@@ -194,10 +199,12 @@ def read_xer(data: bytes) -> _ProgrammeTable:
     more = _texts(tables)
     for record in tasks:
         name, where = record["task_name"] or f"activity {record['task_code']}", f"line {record.line}: activity"
-        start, finish = (_first_date(record, keys, where) for keys in (_STARTS, _FINISHES))
+        start, finish, begun, ended = (
+            _first_date(record, keys, where) for keys in (_STARTS, _FINISHES, _STARTS[:1], _FINISHES[:1])
+        )
         words = " ".join((*record.values.values(), *more.get(record["task_id"], ())))
         own = _chain(over, of_id.get(record["wbs_id"]))
-        rows.append(Row(name, own, words, start, finish, record["task_type"] in _SUMMARIES))
+        rows.append(Row(name, own, words, start, finish, record["task_type"] in _SUMMARIES, (begun, ended)))
     number = {record["task_id"]: n for n, record in enumerate(tasks, start=len(parts))}
     links = []
     for record in tables.get("TASKPRED", []):
@@ -316,6 +323,7 @@ class ProgrammeTask:
         ids: GlobalIds in its fields.
         start: When it starts, local time; None if the programme does not say.
         finish: When it ends.
+        actual: When it was begun and ended; None for what has not been.
     """
 
     name: str
@@ -324,6 +332,7 @@ class ProgrammeTask:
     ids: frozenset[str]
     start: datetime | None = None
     finish: datetime | None = None
+    actual: tuple[datetime | None, datetime | None] = (None, None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -397,7 +406,7 @@ def read_programme(data: bytes, file: str, site_file: Path | None) -> Programme:
     tasks = tuple(
         ProgrammeTask(
             row.name, ranks[n], " / ".join(names[m] for m in (*row.above, n)), frozenset(_GLOBAL_ID.findall(row.words)),
-            row.start, row.finish,
+            row.start, row.finish, row.actual,
         )
         for n, row in enumerate(rows)
         if not row.is_summary

@@ -60,9 +60,24 @@ def export(
             help="Start of work, local time, in the hours of the site file's [calendar]. Default: its start.",
         ),
     ] = None,
+    done: Annotated[
+        Path | None,
+        typer.Option(
+            "--done",
+            metavar="FILE",
+            help="What has been carried out: CSV (part,begins,ends), or MS Project XML or XER with actual dates.",
+        ),
+    ] = None,
+    baseline: Annotated[
+        Path | None,
+        typer.Option("--baseline", metavar="LOG", help="The plan with the planned dates. Default: the log itself."),
+    ] = None,
 ) -> int:
     """Write a log, some of its lifts, or a grid in another format."""
     from bimvox_pipeline.export import export as run
+    from bimvox_pipeline.export import parsed_start
+
+    from bimvox.library.export import When
 
     document = run(
         source,
@@ -71,7 +86,7 @@ def export(
         out=out,
         recover=recover,
         model=model,
-        start=start,
+        when=When(parsed_start(start), done, baseline),
         progress=output.progress,
     )
     return output.result(document, _show)

@@ -16,6 +16,7 @@ from bimvox_pipeline.inspect.kinds import Kind, kind_of
 from bimvox_pipeline.sensible_log import require_sense
 
 if TYPE_CHECKING:
+    from bimvox.library.export import When
     from bimvox.log.plan_log import PlanLog
     from bimvox.progress import Progress
 
@@ -28,7 +29,7 @@ def export(
     out: Path | None = None,
     recover: bool = False,
     model: Path | None = None,
-    start: str | None = None,
+    when: When | None = None,
     progress: Progress,
 ) -> dict[str, Any]:
     """Write a log, some of its lifts, or a grid in another format, and return the document of ``export --json``.
@@ -43,23 +44,24 @@ def export(
         out: The output; default: the source's name with another suffix, in the current folder.
         recover: Save what a truncated or damaged log still holds.
         model: The IFC file that the plan was made from; needed for ``ifc`` alone.
-        start: Local date and time from which on work is done; None takes the site file's ``[calendar] start``.
+        when: When the work begins, and what of it has been carried out.
         progress: Receives the stages.
     """
-    from bimvox.library.export import check_targets, tables_of, write_lifts
+    from bimvox.library.export import When, check_targets, tables_of, write_lifts
     from bimvox.log.plan_log import chosen_lifts
     from bimvox.records.lift import NOT_LIFTED
 
     require_input(source)
+    when = when or When()
     kind = kind_of(source)
     wanted = _format(source, kind, to, out)
     if wanted.source is Source.GRID:
-        if lifts or recover or model or start:
-            raise InputError(f"{source}: --lift, --recover, --model and --start are for logs, this is a grid")
+        if lifts or recover or model or when != When():
+            options = "--lift, --recover, --model, --start, --done and --baseline"
+            raise InputError(f"{source}: {options} are for logs, this is a grid")
         return _export_grid(source, wanted, out, progress)
     target = out or Path(source.stem + wanted.suffix)
-    check_targets(target, wanted, [source, *([model] if model else [])])
-    begins = _parsed_begin(start)
+    check_targets(target, wanted, [source, *(one for one in (model, *when.files) if one)])
     if wanted.name == "ifc" and model is None:
         raise InputError("--to ifc adds the schedule to the building's own file", hint="name that file with --model")
     if wanted.name == "page":
@@ -70,7 +72,7 @@ def export(
         progress.note(f"lost: {sentence}")
     require_sense(log, source, "exported")
     chosen = chosen_lifts(log, lifts)
-    for sentence in _dating(log, wanted, begins):
+    for sentence in _dating(log, wanted, when.start):
         progress.note(sentence)
     proof = None
     if recover:
@@ -81,7 +83,7 @@ def export(
             for failure in check.failures:
                 progress.note(f"not proven: {failure}")
     progress.stage("write")
-    messages = write_lifts(log, wanted, chosen, target, begins=begins, model=model, inputs=[source], note=progress.note)
+    messages = write_lifts(log, wanted, chosen, target, when, model=model, inputs=[source], note=progress.note)
     progress.finish()
     otherwise = {lift.order for lift in log.plan.lifts if lift.status in NOT_LIFTED}
     document: dict[str, Any] = {"out": str(target), "lifts": len(set(chosen) - otherwise), "messages": messages}
@@ -180,7 +182,7 @@ def _export_grid(source: Path, wanted: Format, out: Path | None, progress: Progr
 # When the schedule of an export begins.
 
 
-def _parsed_begin(text: str | None) -> datetime | None:
+def parsed_start(text: str | None) -> datetime | None:
     """Return a local date and time from the command line; None if none is given."""
     if text is None:
         return None

@@ -15,6 +15,7 @@ from two_cranes import two_crane_plan
 
 from bimvox.records.crews import Crew, crew_hours
 from bimvox.records.dates import blocks_of, dates_of, hire_days
+from bimvox.records.done import DoneWork
 from bimvox.records.plan_dates import PlanDates
 from bimvox.records.steps import Pause, Step, Steps
 from bimvox.records.unloading import Unloading
@@ -59,8 +60,8 @@ def lifts_of(lengths_s, delivery=None):
     return lifts, motions
 
 
-def dated(calendar, lengths_s, steps=None, start=None, delivery=None) -> PlanDates:
-    found = dates_of(calendar, SITE, *lifts_of(lengths_s, delivery), steps or Steps(), start)
+def dated(calendar, lengths_s, steps=None, start=None, delivery=None, done=None) -> PlanDates:
+    found = dates_of(calendar, SITE, *lifts_of(lengths_s, delivery), steps or Steps(), start, done=done)
     assert found is not None
     return found
 
@@ -427,3 +428,50 @@ def test_hours_to_unload_are_told_apart():
     unloading = Unloading(1, 1, None, None, None, None, seconds=1800.0, is_by_crane=False)
     found = replace(dated(calendar_of(), [3600]), unloading=unloading)
     assert found.time["hours_in_words"] == "1.0 crane hours to lift and 0.5 to unload"
+
+
+def at(day: int, clock: str) -> datetime:
+    return datetime.combine(date(2026, 3, day), time.fromisoformat(clock))
+
+
+def test_what_is_done_has_its_dates_and_the_rest_follows_in_working_hours():
+    done = DoneWork({0: at(9, "08:00"), 1: at(9, "15:00")}, {0: at(9, "14:30")})
+    found = dated(calendar_of(), [3600, 3600, 3600], done=done)
+    assert found.spans == {
+        0: (at(9, "08:00"), at(9, "14:30")),
+        1: (at(9, "15:00"), at(9, "16:00")),
+        2: (at(10, "07:00"), at(10, "08:00")),
+    }
+
+
+def test_a_part_that_was_lifted_before_its_lorry_was_planned_had_come_by_then():
+    early = DoneWork({0: at(9, "07:05")}, {0: at(9, "07:10")})
+    found = dated(calendar_of(unloading_s=1800.0), [600, 600], delivery=[0, 1], done=early)
+    assert [found.moment(end) for end in found.deliveries[0]] == [at(9, "07:00"), at(9, "07:05")]
+    assert found.spans[1][0] == at(9, "07:40")
+
+
+def test_what_was_done_out_of_turn_keeps_its_dates_and_nothing_begins_in_the_past():
+    found = dated(calendar_of(), [3600, 3600], done=DoneWork({1: at(9, "09:00")}, {1: at(9, "10:00")}))
+    assert found.spans == {0: (at(9, "10:00"), at(9, "11:00")), 1: (at(9, "09:00"), at(9, "10:00"))}
+
+
+def test_a_late_floor_carries_later_and_its_delivery_comes_when_its_lift_does():
+    cast = Step(7, 0, 3600 * S, 5 * 3600 * S, 29 * H)
+    steps = Steps((cast,), (Pause(1, 3600 * S, 28 * H),))
+    calendar, delivery = calendar_of(unloading_s=1800.0), [0, 1]
+    planned = dated(calendar, [3600, 3600], steps, delivery=delivery)
+    late = DoneWork({0: at(10, "07:00"), 7: at(10, "08:00")}, {0: at(10, "08:00"), 7: at(10, "13:00")})
+    found = dated(calendar, [3600, 3600], steps, delivery=delivery, done=late)
+    assert found.moment(found.steps[7][2]) == at(11, "13:00")
+    assert planned.spans[1][0] < found.spans[1][0] == at(11, "13:00")
+    assert [found.moment(end) for end in found.deliveries[1]] == [at(11, "07:00"), at(11, "07:30")]
+
+
+@given(calendars(), st.lists(st.integers(60, 9000), min_size=1, max_size=8), st.integers(0, 8))
+def test_a_plan_that_was_done_as_planned_keeps_its_dates(calendar, lengths_s, count):
+    planned = dated(calendar, lengths_s)
+    spans = {order: span for order, span in planned.spans.items() if order < count}
+    if spans:
+        done = DoneWork({n: low for n, (low, _) in spans.items()}, {n: high for n, (_, high) in spans.items()})
+        assert dated(calendar, lengths_s, done=done).spans == planned.spans

@@ -17,7 +17,7 @@ import ifcopenshell.util.sequence
 import numpy as np
 import pytest
 import trimesh
-from bimvox_pipeline.export import export
+from bimvox_pipeline.export import export, parsed_start
 from bimvox_pipeline.plan import plan
 from bimvox_pipeline.render.revisions import page_of_log
 from bimvox_pipeline.site import init
@@ -28,7 +28,9 @@ from valid_ifc import issues
 
 from bimvox.bim.read import read_building
 from bimvox.errors import FileError, InputError
+from bimvox.exporters.ms_project import NAMESPACE
 from bimvox.library.arguments import PolicyWish
+from bimvox.library.export import When
 from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog, log_dates
 from bimvox.log.reader import read_log
@@ -39,8 +41,9 @@ SAMPLES = Path(__file__).parents[3] / "sample_models"
 BEGIN = datetime(2026, 12, 1, 7, 0)
 
 
-def run(folder: Path, **options: Any) -> dict[str, Any]:
-    return export(folder / "frame.mcap", progress=SilentProgress(), **options)
+def run(folder: Path, *, start: str | None = None, **options: Any) -> dict[str, Any]:
+    when = When(parsed_start(start), options.pop("done", None), options.pop("baseline", None))
+    return export(folder / "frame.mcap", when=when, progress=SilentProgress(), **options)
 
 
 def text_of(iso: str) -> timedelta:
@@ -297,3 +300,39 @@ def test_a_full_disk_is_reported_and_leaves_no_schedule(site_folder: Path) -> No
     with full_disk(100), pytest.raises(FileError, match="file too large; nothing was changed"):
         run(site_folder, to="ifc", model=site_folder / "frame.ifc", out=site_folder / "out.ifc")
     assert sorted(site_folder.iterdir()) == before
+
+
+def test_what_is_done_is_in_schedules_with_the_dates_as_planned_and_the_rest_is_later(site_folder: Path) -> None:
+    planned = dated(read_log(site_folder / "frame.mcap"))
+    first, last = min(planned), max(planned)
+    done, out = site_folder / "done.csv", site_folder / "out.xml"
+    begun, ended = (at + timedelta(hours=2) for at in planned[first])
+    done.write_text(f"part,begins,ends\n{first + 1},{begun},{ended}\nnobody,{begun},{ended}\n")
+    run(site_folder, to="msproject", start="2026-12-01T07:00", out=out, done=done)
+    space = {"p": NAMESPACE}
+    tasks = {
+        one.findtext("p:Name", None, space): one
+        for one in ElementTree.parse(out).getroot().iterfind(".//p:Task", space)
+    }
+    (own,) = (one for name, one in tasks.items() if name.startswith("Lift 1:"))
+    assert own.findtext("p:ActualStart", None, space) == begun.isoformat()
+    assert own.findtext("p:ActualFinish", None, space) == ended.isoformat()
+    assert own.findtext("p:Baseline/p:Start", None, space) == planned[first][0].isoformat()
+    (final,) = (one for name, one in tasks.items() if name.startswith(f"Lift {last + 1}:"))
+    assert final.findtext("p:ActualStart", None, space) is None
+    assert datetime.fromisoformat(final.findtext("p:Start", None, space)) > planned[last][0]
+    with pytest.raises(InputError, match="glb has no dates"):
+        run(site_folder, to="glb", start="2026-12-01T07:00", out=site_folder / "out.glb", done=done)
+    with pytest.raises(InputError, match="needs a plan with dates"):
+        run(site_folder, to="msproject", out=out, done=done)
+    model, file = site_folder / "frame.ifc", site_folder / "out.ifc"
+    run(site_folder, to="ifc", model=model, start="2026-12-01T07:00", out=file, done=done)
+    written = ifcopenshell.open(file)
+    assert issues(written) == []
+    schedules = {one.PredefinedType: one for one in written.by_type("IfcWorkSchedule")}
+    (relation,) = schedules["BASELINE"].Controls
+    before = {one.Name: one.TaskTime.ScheduleStart for one in relation.RelatedObjects}
+    times = {one.Name: one.TaskTime for one in written.by_type("IfcTask") if one not in relation.RelatedObjects}
+    (name,) = (name for name in times if name.startswith("Lift 1:"))
+    assert (times[name].ActualFinish, times[name].Completion) == (ended.isoformat(), 1.0)
+    assert before[name] == planned[first][0].isoformat() != times[name].ScheduleStart
