@@ -284,8 +284,12 @@ def _overloaded(
     return overloaded
 
 
+Rectangle = tuple[float, float, float, float]
+"""Lowest x and y, then highest x and y, metres."""
+
+
 def hook_top(
-    crane: TowerCrane, frame: ColumnFrame, shape: tuple[int, int, int], half_m: float = 0.0
+    crane: TowerCrane, frame: ColumnFrame, shape: tuple[int, int, int], load_m: Rectangle | float = 0.0
 ) -> NDArray[np.int32]:
     """Return the highest cell at which the foot of the hook line may be, per column.
 
@@ -293,14 +297,14 @@ def hook_top(
         crane: The crane, with the slings of the load.
         frame: Metres to cells.
         shape: (X, Y, Z) of the grid.
-        half_m: How far the load reaches from its hook on plan: a luffing jib descends towards the mast, and the whole
-            load must stay below it.
+        load_m: What the load covers on plan, from its hook: a luffing jib descends towards the mast, and the whole load
+            must stay below it. A rectangle for a load that keeps its heading; for one at any heading, its radius.
 
     Returns:
         (X, Y) int32, or an array of size 0 if the hook can reach the top of the grid.
     """
     if crane.luffing is not None:
-        return _below_the_jib(crane, crane.luffing, frame, shape, half_m)
+        return _below_the_jib(crane, crane.luffing, frame, shape, load_m)
     highest = int(np.floor((crane.highest_hook_m - crane.sling_m - frame.origin_m[2]) / frame.voxel_size_m + 1e-6))
     if highest >= shape[2]:
         return np.zeros((0, 0), np.int32)
@@ -308,23 +312,55 @@ def hook_top(
 
 
 def _below_the_jib(
-    crane: TowerCrane, jib: LuffingJib, frame: ColumnFrame, shape: tuple[int, int, int], half_m: float
+    crane: TowerCrane, jib: LuffingJib, frame: ColumnFrame, shape: tuple[int, int, int], load_m: Rectangle | float
 ) -> NDArray[np.int32]:
     """Return the highest load top under a luffing jib: the hook below the tip, the load's inner edge below the jib.
 
     A column represents hooks up to one cell away: the tip is taken at the radius where it is lowest.
     """
     size = frame.voxel_size_m
-    x = frame.origin_m[0] - crane.base_m[0] + size * (np.arange(shape[0]) + 0.5)
-    y = frame.origin_m[1] - crane.base_m[1] + size * (np.arange(shape[1]) + 0.5)
-    radius = np.minimum(np.hypot(x[:, None], y[None, :]) + size, crane.jib_length_m)
+    x = (frame.origin_m[0] - crane.base_m[0] + size * (np.arange(shape[0], dtype=np.float64) + 0.5))[:, None]
+    y = (frame.origin_m[1] - crane.base_m[1] + size * (np.arange(shape[1], dtype=np.float64) + 0.5))[None, :]
+    radius = np.minimum(np.hypot(x, y) + size, crane.jib_length_m)
     luff = np.clip(luff_of_radius(jib, radius), *jib.luff_rad)
-    inner = np.maximum(radius - half_m - 2.0 * size - jib.pivot_offset_m, 0.0)
+    inward_m = load_m if isinstance(load_m, float) else _inward_m(load_m, x, y, jib.width_m / 2.0, size)
+    inner = np.maximum(radius - inward_m - 2.0 * size - jib.pivot_offset_m, 0.0)
     tip_m = np.minimum(tip_height_m(jib, radius) - LUFFING_HOOK_ROOM_M, crane.highest_hook_m) - crane.sling_m
     jib_m = jib.pivot_height_m + inner * np.tan(luff) - jib.width_m / 2.0
     highest = np.floor((np.minimum(tip_m, jib_m) - frame.origin_m[2]) / size + 1e-6)
     ceiling: NDArray[np.int32] = np.clip(highest, -1, shape[2]).astype(np.int32)
     return ceiling
+
+
+def _inward_m(
+    load_m: Rectangle, x: NDArray[np.float64], y: NDArray[np.float64], half_m: float, size_m: float
+) -> NDArray[np.float64]:
+    """Return (X, Y) how far a load reaches from its hook towards the slewing axis, where it is below the jib.
+
+    Seen along the jib, only the part of the load within its width counts. From a hook elsewhere in the column the jib
+    points a little aside, so it counts as so much wider.
+
+    Args:
+        load_m: The load on plan, from its hook.
+        x: (X, 1) columns, from the axis.
+        y: (1, Y) columns, from the axis.
+        half_m: Half the jib's width.
+        size_m: Edge of a column.
+    """
+    radius_m = np.maximum(np.hypot(x, y), size_m)
+    ux, uy = x / radius_m, y / radius_m
+    low_x, low_y, high_x, high_y = load_m
+    reach_m = float(np.hypot(max(-low_x, high_x), max(-low_y, high_y)))
+    turned = np.minimum(2.0**0.5 * size_m / radius_m, 1.0)
+    wide_m = np.minimum(half_m + 0.5 * 2.0**0.5 * size_m + reach_m * turned, reach_m)
+    # The corner towards the axis; if it is aside of the jib, the end of the line along the jib's edge instead.
+    corner_x, corner_y = np.where(ux > 0.0, low_x, high_x), np.where(uy > 0.0, low_y, high_y)
+    aside_m = np.clip(corner_y * ux - corner_x * uy, -wide_m, wide_m)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along_x = np.where(np.abs(ux) > 1e-9, (corner_x + aside_m * uy) / ux, -np.inf)
+        along_y = np.where(np.abs(uy) > 1e-9, (corner_y - aside_m * ux) / uy, -np.inf)
+    inward_m: NDArray[np.float64] = -np.maximum(along_x, along_y) + wide_m * turned
+    return np.minimum(inward_m, reach_m)
 
 
 @kernel

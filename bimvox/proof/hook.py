@@ -33,25 +33,20 @@ def _check_luffing_jib(
     jib: LuffingJib,
     present: Sequence[Thing],
     axes: NDArray[np.float64],
-    load: tuple[Component, NDArray[np.int32], NDArray[np.float64]] | None,
 ) -> None:
-    """Check jib, counterweight and, if given, the load below the jib over a whole motion.
+    """Check jib and counterweight over a whole motion.
 
     The jib is a band of its own width from pivot to tip; points every half cell along and across it are looked up in
-    the occupied cells. The counterweight is the same band behind the axis, from its underside up. The load's corners
-    towards the mast must be below the jib.
+    the occupied cells. The counterweight is the same band behind the axis, from its underside up.
 
     ``check``: receives the result; ``name``: the lift, for messages; ``crane``: its crane, with the slings of the load;
-    ``present``: what is on the site; ``axes``: (N, 3) slew, radius, height of the samples; ``load``: the load, the
-    cells around it at every heading that it may have, and its (M, 3) poses of the hook.
+    ``present``: what is on the site; ``axes``: (N, 3) slew, radius, height of the samples.
     """
     taken = swept_by_jib(site, crane, jib, axes)
     check.look(True, "", samples=len(axes))
     for thing in present:
         met = not is_mast_of(crane, thing.name) and bool(_any_taken(taken, thing.cells))
         check.look(not met, f"{name}: the jib or its counterweight turns into {thing.name}")
-    if load is not None and len(load[2]):
-        _check_load(check, name, site, crane, jib, *load)
 
 
 @kernel
@@ -164,7 +159,12 @@ def _check_load(
     cells: NDArray[np.int32],
     axes: NDArray[np.float64],
 ) -> None:
-    """Check that no column of the load reaches the jib above it."""
+    """Check that no column of the load reaches the jib above it.
+
+    ``cells``: around the load, at every heading that it may have; ``axes``: (M, 3) poses of the hook then.
+    """
+    if not len(axes):
+        return
     size_m = site.frame.voxel_size_m
     columns = np.unique(cells[:, :2], axis=0) - np.array(component.hook_line_vox[:2])
     slew, radius, height = axes.T
@@ -354,10 +354,18 @@ class HookProof(LiftProof):
             return
         component = self.site.components[moment.lift.component]
         crane = crane_for(self.site, self.crane, component)
-        loaded_ns = motion.start_ns + int(motion.loaded.time_ns[0])
-        cells = cells_at_any_heading(component) if moment.lift.ever_with_jib else component.shape.cells
-        load = (component, cells, axes[seen][time_ns[seen] >= loaded_ns])
-        _check_luffing_jib(self.checks["jib"], name, self.site, crane, jib, present, axes[seen], load)
+        lift, since_ns = moment.lift, time_ns[seen] - motion.start_ns
+        hangs = since_ns >= motion.raising.time_ns[0]
+        # Stored turned, it is turned to its heading between the two.
+        turned = lift.place is not None and lift.place.turn != 0
+        any_heading = lift.ever_with_jib | (turned & (since_ns <= motion.loaded.time_ns[0]))
+        check = self.checks["jib"]
+        _check_luffing_jib(check, name, self.site, crane, jib, present, axes[seen])
+        for cells, when in (
+            (cells_at_any_heading(component), hangs & any_heading),
+            (component.shape.cells, hangs & ~any_heading),
+        ):
+            _check_load(check, name, self.site, crane, jib, component, cells, axes[seen][when])
 
     def _check_approach(self, name: str, empty: EmptyWay, motion: LiftMotion) -> None:
         """Check that the cell at the slings' end and the line above it are free, also of the next part in the yard.

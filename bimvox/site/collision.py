@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from bimvox.compiled import inline_kernel, leaf_kernel
 from bimvox.crane.reach import HOOK_FORBIDDEN as HOOK_FORBIDDEN
-from bimvox.crane.reach import counted_kg
+from bimvox.crane.reach import Rectangle, counted_kg
 from bimvox.crane.reach import hook_floor as floor_of_hook
 from bimvox.crane.reach import hook_top as top_of_hook
 from bimvox.crane.tower_crane import TowerCrane
@@ -167,7 +167,7 @@ def hook_room(
         crane: The crane of the hook; None on a site without a crane.
         top: (X, Y) int32, one above the highest occupied cell of each column.
         component: The load; None for the empty hook.
-        turn: By how many quarters the load is turned.
+        turn: By how many quarters the load is turned. It is turned back there, so it may have any heading.
         slack_m: By how much a radius may be out of the crane's limits.
         most_used: Share of the load chart that the load may use; None: that of the rules, or what its place needs.
     """
@@ -187,7 +187,9 @@ def hook_room(
         forbidden |= site.prohibited
     if site.no_load is not None and component is not None:
         forbidden |= hooks_with_load_over(site.no_load, component)
-    ceiling = NO_CEILING if crane is None else top_of_hook(crane, site.frame, site.shape, _half_m(site, component))
+    ceiling = (
+        NO_CEILING if crane is None else top_of_hook(crane, site.frame, site.shape, _on_plan_m(site, component, turn))
+    )
     if crane is not None and site.hook_heights is not None:
         floor, ceiling = _between(site, crane, floor, ceiling)
     if ceiling.size:
@@ -201,13 +203,17 @@ def _share(site: Site, crane: TowerCrane, component: Component | None) -> float:
     return site.rules.highest_utilisation if component is None else permitted_share(site, crane, component)
 
 
-def _half_m(site: Site, component: Component | None) -> float:
-    """Return how far a load reaches from its hook on plan, metres."""
+def _on_plan_m(site: Site, component: Component | None, turn: int) -> Rectangle | float:
+    """Return what a load covers on plan, from its hook, metres; its radius if it is turned."""
     if component is None:
         return 0.0
     corners = component.shape.boxes[:, [0, 1, 3, 4]] - np.tile(np.array(component.hook_line_vox[:2]) + 0.5, 2)
-    x, y = np.abs(corners[:, [0, 2]]).max(axis=1), np.abs(corners[:, [1, 3]]).max(axis=1)
-    return float(np.hypot(x, y).max()) * site.frame.voxel_size_m
+    if turn:
+        x, y = np.abs(corners[:, [0, 2]]).max(axis=1), np.abs(corners[:, [1, 3]]).max(axis=1)
+        return float(np.hypot(x, y).max()) * site.frame.voxel_size_m
+    low, high = corners[:, :2].min(axis=0), corners[:, 2:].max(axis=0)
+    x0, y0, x1, y1 = (np.concatenate([low, high]) * site.frame.voxel_size_m).tolist()
+    return (x0, y0, x1, y1)
 
 
 def _between(
@@ -336,6 +342,12 @@ def any_heading_space(site: Site, component: Component, space: CollisionSpace, m
         floor = np.where(hooks_with_load_over(site.no_load, replace(component, shape=shape)), HOOK_FORBIDDEN, floor)
     low, cleared = NOTHING_CLEARED
     bare = space._replace(boxes=shape.boxes, hook_floor=floor, cleared_low=low, cleared=cleared)
+    crane = site.crane_of(component)
+    if crane is not None and crane.luffing is not None:
+        # The jib descends towards its mast: at another heading the load may reach under a lower part of it.
+        on_plan_m = _on_plan_m(site, component, 1)
+        top = top_of_hook(crane_for(site, crane, component), site.frame, site.shape, on_plan_m)
+        bare = bare._replace(hook_ceiling=np.minimum(space.hook_ceiling, top))
     return in_transit(bare, margin)
 
 

@@ -22,6 +22,7 @@ from bimvox.crane.reach import (
     distances_m,
     highest_hooks_m,
     hook_floor,
+    hook_top,
     jib_blocked,
     pivoted,
     points_blocked,
@@ -221,3 +222,48 @@ def test_a_building_blocks_the_boom_from_places_beyond_it():
     assert points_blocked(behind, behind.luffing, points, built) > 0
     in_front = replace(behind, base_m=(20.0, -4.0, 0.0))
     assert points_blocked(in_front, in_front.luffing, points, built) == 0
+
+
+CORNERS_M = st.tuples(*(st.floats(0.1, far_m) for far_m in (9.0, 3.0, 9.0, 3.0)))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    CORNERS_M, st.integers(0, 3), st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)
+)
+def test_a_load_below_its_ceiling_is_below_the_boom_at_every_hook_of_its_column(far_m, turn, i, j, out_x, out_y):
+    crane = default_luffing_crane("mobile-60t")
+    jib = crane.luffing
+    frame, columns = GridFrame((-25.0, -25.0, 0.0), 0.5), (100, 100)
+    low_x, low_y, high_x, high_y = -far_m[0], -far_m[1], far_m[2], far_m[3]
+    if turn % 2:
+        low_x, low_y, high_x, high_y = low_y, low_x, high_y, high_x
+    top = hook_top(crane, frame, (*columns, 200), (low_x, low_y, high_x, high_y))
+    x, y = int(i * 99), int(j * 99)
+    hook_m = np.array([-25.0 + 0.5 * (x + 0.5 + out_x), -25.0 + 0.5 * (y + 0.5 + out_y)]) - crane.base_m[:2]
+    radius_m = float(np.hypot(*hook_m))
+    if not jib.radii_m[0] + 1.5 <= radius_m <= jib.radii_m[1] - 1.0 or top[x, y] < 0:
+        return
+    along = hook_m / radius_m
+    # The solid: a band of the boom's width from its pivot to its tip, above the load's top.
+    load_m = np.stack(np.meshgrid(np.linspace(low_x, high_x, 60), np.linspace(low_y, high_y, 60)), axis=-1).reshape(
+        -1, 2
+    )
+    at_m, aside_m = radius_m + load_m @ along, load_m @ np.array([-along[1], along[0]])
+    below = (np.abs(aside_m) <= jib.width_m / 2.0) & (at_m > jib.pivot_offset_m) & (at_m <= radius_m)
+    rise = np.sqrt(jib.length_m**2 - (radius_m - jib.pivot_offset_m) ** 2) / (radius_m - jib.pivot_offset_m)
+    boom_m = jib.pivot_height_m + (at_m[below] - jib.pivot_offset_m) * rise
+    assert (0.5 * top[x, y] <= boom_m).all()
+
+
+def test_a_panel_across_the_boom_hangs_nearer_than_one_along_it():
+    crane = default_luffing_crane("mobile-60t")
+    frame, shape = GridFrame((-25.0, -25.0, 0.0), 0.5), (100, 100, 200)
+    across, along = (hook_top(crane, frame, shape, one) for one in ((-0.1, -9.0, 0.1, 9.0), (-9.0, -0.1, 9.0, 0.1)))
+    x, y = (int((crane.base_m[axis] + out_m + 25.0) / 0.5) for axis, out_m in enumerate((10.0, 0.0)))
+    disc = hook_top(crane, frame, shape, float(np.hypot(9.0, 0.1)))
+    assert across[x, y] > along[x, y] >= disc[x, y]
+    assert (np.minimum(across, along) >= disc).all()
+    # Beside it, the same panels change their roles.
+    x, y = (int((crane.base_m[axis] + out_m + 25.0) / 0.5) for axis, out_m in enumerate((0.0, 10.0)))
+    assert along[x, y] > across[x, y] >= disc[x, y]

@@ -155,3 +155,15 @@ def test_a_steep_jib_brakes_harder_than_a_flat_one():
             assert np.abs(np.diff(bent)).max() / (time_s[1] - time_s[0]) <= 1.05 * limits.jerk
     steep = brake_radius(crane, near_m + 3.0, rate, 0.0)
     assert steep.duration_s < 0.9 * brake(near_m + 3.0, rate, 0.0, crane.trolley).duration_s
+
+
+def test_a_long_panel_across_the_boom_is_set_near_the_crane_and_refused_if_it_was_turned_below_the_boom():
+    crane = on_site("mobile-100t", (13.0, 5.0, 0.0), length_m=13.0)
+    panel = ("panel", (4.0, 12.5, 0.0), (22.0, 12.6, 3.5))
+    plan, motions = planned(box_site([panel], crane=crane, shape=(60, 60, 40), yard=((4, 27), (48, 31))))
+    (lift,) = plan.lifts
+    assert lift.status is Status.PLANNED, lift.reason
+    assert lift.place.turn == 0
+    assert not failures(plan, motions)
+    turned = replace(plan, lifts=(replace(lift, place=replace(lift.place, turn=1)),))
+    assert "jib" in failures(turned, motions)
