@@ -14,16 +14,20 @@ from bimvox.library.plan_value import Plan
 from bimvox.library.set_up_search.choose import search_set_ups
 from bimvox.library.set_up_search.pairs import names_of_two
 from bimvox.library.set_up_search.placed import PlacedSite
+from bimvox.library.set_up_search.search import at_one_place
 from bimvox.library.set_up_search.set_up import Effort, Tried, proven_front, why_beaten
 from bimvox.library.site import LoadedSite, ReadSite, built_site, read_site
 from bimvox.progress import Listener, Progress, progress_of
 from bimvox.records.lift import infeasible_among
 from bimvox.site.catalogue import machines_for, own_machines
+from bimvox.site.config.crane import CraneConfig
 from bimvox.site.config.file import SITE_FILE
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.config.template import site_toml
 from bimvox.site.crane_guess import machine_of_crane
+from bimvox.site.guess import table_in_set_ups, without
 from bimvox.site.machine import cranes_of, machine_config
+from bimvox.site.moving_guess import MovingCrane
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,6 +40,7 @@ class SetUp:
         plan: Its plan; None if it has none.
         refused: Number of infeasible lifts; None without a plan.
         hours: Crane hours, of two cranes until the last one is done; None without a plan.
+        move_hours: Hours in which a crane moves from set-up to set-up, in addition.
         cost: In the currency of the site file, by its ``[costs]``; None without a plan.
         highest_utilisation: Highest share of a load chart; None without a plan.
         why_lost: Why it is not of the front; empty if it is, and for the given one.
@@ -49,6 +54,7 @@ class SetUp:
     cost: float | None
     highest_utilisation: float | None
     why_lost: str = ""
+    move_hours: float = 0.0
 
     def __repr__(self) -> str:
         figures = "no plan" if self.hours is None else f"{self.hours:.2f} h, {self.cost:,.0f}"
@@ -87,11 +93,11 @@ def optimise(
 ) -> SetUps:
     """Return the set-ups of a site that no other beats, each planned and proven, next to the given one.
 
-    Every machine is tried at every place where its mast can stand, with other yards and truckloads, and in pairs; see
-    ``bimvox optimise``, which writes files.
+    Every machine is tried at every place where its mast can stand, with other yards and truckloads, and in pairs; a
+    mobile crane that sets more parts so, in several set-ups; see ``bimvox optimise``, which writes files.
 
     Args:
-        site: The site file (``.site.toml``), of one crane.
+        site: The site file (``.site.toml``), of one crane, which may move.
         crane: A kind of crane, a machine of the catalogue, or the file of a machine next to the site file; default: all
             machines, and those whose files the site file names.
         plans: How many of the best set-ups are planned, from 1, and another for each that refuses parts; from 4 on,
@@ -113,8 +119,8 @@ def optimise(
     placed = PlacedSite(config, read.building)
     effort = Effort(members=plans, yards=trials, cranes=cranes)
     found = search_set_ups(placed, str(path), machines, effort, None, reporter)
-    (own,) = cranes_of(read.config)
-    given = _planned(_loaded(read, read.config, reporter), machine_of_crane(own).name, jobs, reporter)
+    own = machine_of_crane(cranes_of(read.config)[0]).name
+    given = _planned(_loaded(read, read.config, reporter), own, jobs, reporter)
     budget = read.config.costs.budget
 
     planned: list[tuple[SetUp, dict[str, Any]]] = []
@@ -135,9 +141,11 @@ def optimise(
 
 def with_set_up(placed: PlacedSite, one: Tried) -> SiteConfig:
     """Return the values of a site file with other cranes, and another yard and truckload if the set-up has one."""
-    config = placed.config
-    (table,), (given,), own = config.cranes, cranes_of(config), own_machines(config)
-    foot_m = given.base_m[2]
+    if one.moving is not None:
+        return _in_set_ups(placed, one.moving)
+    config = at_one_place(placed.config)
+    table, own = config.cranes[0], own_machines(config)
+    foot_m = 0.0 if placed.config.moves else cranes_of(config)[0].base_m[2]
     cranes = [each.crane for each in (one, one.second) if each is not None and each.crane is not None]
     names = (table.name,) if one.second is None else names_of_two(table.name)
     tables = tuple(
@@ -148,6 +156,22 @@ def with_set_up(placed: PlacedSite, one: Tried) -> SiteConfig:
     if one.yard is not None:
         update["rules"] = config.rules.model_copy(update={"truckload_kg": one.yard.truckload_kg})
     return placed.with_areas_of(config.model_copy(update=update), None if one.yard is None else (one.yard.polygon,))
+
+
+def _in_set_ups(placed: PlacedSite, moving: MovingCrane) -> SiteConfig:
+    """Return the values of a site file with a crane that moves, and with the yards of its set-ups."""
+    config = at_one_place(placed.config)
+    given, own = placed.config.crane, own_machines(config)
+    assert isinstance(given, CraneConfig)
+    table = table_in_set_ups(moving, own, placed.lifted).model_copy(update={"name": given.name})
+    if table.setup and table.machine == given.machine:
+        table = table.model_copy(update={"moving": given.moving})
+    parts = tuple(each.model_copy(update={"crane": None}) for each in config.component)
+    areas = config.areas
+    if moving.yard != areas.yard:
+        areas = areas.model_copy(update={"construction": without(areas.construction, moving.yard)})
+    made = config.model_copy(update={"crane": table, "component": parts, "areas": areas})
+    return placed.with_areas_of(made, moving.yard)
 
 
 def _loaded(read: ReadSite, config: SiteConfig, reporter: Progress) -> LoadedSite:
@@ -167,8 +191,10 @@ def _tried(site: LoadedSite, one: Tried, jobs: int | None, reporter: Progress) -
         "machine": one.machine,
         "jib_m": one.jib_m,
         "second": second,
+        "set_ups": None if one.moving is None else one.moving.cranes,
         "refused": made.refused,
         "hours": made.hours,
+        "move_hours": made.move_hours,
         "cost": made.cost,
         "highest_utilisation": made.highest_utilisation,
         "error": why,
@@ -181,4 +207,4 @@ def _planned(site: LoadedSite, words: str, jobs: int | None, reporter: Progress)
     hours = None if figures.crane_s is None else figures.crane_s / 3600.0
     refused = len(list(infeasible_among(made.record.plan.lifts)))
     cost = None if figures.cost is None else figures.cost.total
-    return SetUp(site, words, made, refused, hours, cost, figures.highest)
+    return SetUp(site, words, made, refused, hours, cost, figures.highest, move_hours=figures.moves_s / 3600.0)

@@ -156,6 +156,15 @@ class Demand:
         return f"its hook reaches {highest:.1f} m of the {self.height_m(crane):.1f} m needed at {radius_m:.1f} m"
 
 
+_OVER_M = 1.0
+"""How high a crane that moves carries a load over its place, and over what lies beside the crane."""
+
+
+def hooks_over_m(tops_m: NDArray[np.float64], crane: TowerCrane) -> NDArray[np.float64]:
+    """Return (N,) how high the hook of a crane that moves must reach over parts with these tops at their places."""
+    return tops_m + crane.sling_m + _OVER_M
+
+
 def with_share(crane: TowerCrane, share: float) -> TowerCrane:
     """Return a crane whose load chart is a share of its own."""
     if share == 1.0:

@@ -244,7 +244,7 @@ def cranes_that_fit(
         chosen = rigs if gear_by_crane(config, 1)[0] is not None else None
         wanted = Wanted(config, lifted, plan, height_m, chosen)
         if config.moves:
-            own = fit_of_moving(cranes, wanted, lifted, *_meanwhile(placed.elements, lifted))
+            own = fit_of_moving(cranes, wanted, lifted, *meanwhile(placed.elements, lifted))
         else:
             own = fit_here(wanted, cranes[0])
     return own, tuple(compare_cranes(Wanted(config, lifted, plan, height_m, rigs), machines or catalogue()))
@@ -400,15 +400,11 @@ def _with_areas_and_crane(
         rest = [one for one in lifted if one.id not in sized.cast]
         if crane.kind == "mobile" and sized.serves < len(rest):
             _, wanted = wanted_for(rest)
-            meanwhile = _meanwhile(building.elements, rest)
-            gap_m = max(config.yard.gap_m if config.yard else 0.0, rough_m) + rough_m
-            moving = best_moving(machines, wanted, rest, *meanwhile, gap_m)
-            if (moving is None or moving.served < len(rest)) and (whole := wanted.with_whole_chart()) is not None:
-                more = best_moving(machines, whole, rest, *meanwhile, gap_m)
-                moving = more if moving is None or (more is not None and more.served > moving.served) else moving
+            beside = meanwhile(building.elements, rest)
+            moving = best_moving(machines, wanted, rest, *beside, room_beside_m(config, rough_m))
             if moving is not None and moving.served > sized.serves:
-                yards, chosen = moving.yard, _table_in_set_ups(moving, machines, rest)
-                areas = areas.model_copy(update={"construction": _without(areas.construction, yards)})
+                yards, chosen = moving.yard, table_in_set_ups(moving, machines, rest)
+                areas = areas.model_copy(update={"construction": without(areas.construction, yards)})
     else:
         most_used = config.rules.usual_utilisation
         yards = max(
@@ -423,7 +419,7 @@ def _with_areas_and_crane(
     return _with_areas(config, access=proposed_access(config, building, lifted))
 
 
-def _without(construction: Polygon | None, yards: Yards) -> Polygon | None:
+def without(construction: Polygon | None, yards: Yards) -> Polygon | None:
     """Return the construction area without what becomes yard: its largest piece, or what it was if that has holes."""
     if construction is None:
         return None
@@ -434,7 +430,7 @@ def _without(construction: Polygon | None, yards: Yards) -> Polygon | None:
     return tuple((float(x), float(y)) for x, y in largest.exterior.coords[:-1])
 
 
-def _meanwhile(
+def meanwhile(
     elements: Sequence[Element], lifted: Sequence[Element]
 ) -> tuple[list[Element], tuple[BaseGeometry, BaseGeometry]]:
     """Return what is built while a crane lifts these parts, and two outlines: the building, and what is in its way.
@@ -448,7 +444,12 @@ def _meanwhile(
     return [one for one in others if one.role is Role.COMPONENT], (ground_plan(high), ground_plan(there))
 
 
-def _table_in_set_ups(moving: MovingCrane, machines: Sequence[Machine], lifted: Sequence[Element]) -> CraneConfig:
+def room_beside_m(config: SiteConfig, cell_m: float) -> float:
+    """Return the room around a part that lies beside a crane: the yard's gap, and what whole cells add."""
+    return max(config.yard.gap_m if config.yard else 0.0, cell_m) + cell_m
+
+
+def table_in_set_ups(moving: MovingCrane, machines: Sequence[Machine], lifted: Sequence[Element]) -> CraneConfig:
     """Return the table of a mobile crane in several set-ups, or in one."""
     tables = [
         machine_config(facing(crane, [lifted[n] for n in own]), machines)

@@ -5,7 +5,8 @@ It may also stand where the building will be, as long as nothing is there yet; s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -21,16 +22,16 @@ from bimvox.crane.reach import MARGIN_M, distances_m, highest_hooks_m, radii_for
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.config.crane import MOST_SET_UPS
 from bimvox.site.config.site_config import Polygon
+from bimvox.site.crane_distances import is_in, stand_of
 from bimvox.site.crane_guess import CraneFit, Wanted, fit_in_set_ups
 from bimvox.site.default_rules import ON_GROUND_M
+from bimvox.site.demand import hooks_over_m
 from bimvox.site.machine import moving_times_s
 from bimvox.site.moving_choice import Stands, carriers, chosen_places, set_up_of_parts
 from bimvox.site.parts import is_erected
 from bimvox.site.set_ups import MastPlaces, lattice, mast_room_m
 
 _MOST_BASES = 400
-_OVER_M = 1.0
-"""How high a load is carried over its place, and over what lies beside the crane."""
 _PITCH_M = 1.0
 """Of the places for parts that are tried."""
 _MOST_ROWS = 4
@@ -46,15 +47,21 @@ class MovingCrane:
     """A crane in its set-ups.
 
     Attributes:
+        machine: The machine.
         cranes: The crane in each of them, in their order.
         yard: The places for parts, at least one beside each.
         parts: Per set-up the numbers of the parts that it sets.
+        lifts_s: Estimated time of the lifts.
+        moves_s: Estimated time of the moves.
         cost: Estimated cost by the rates of the site file.
     """
 
+    machine: Machine
     cranes: tuple[TowerCrane, ...]
     yard: tuple[Polygon, ...]
     parts: tuple[tuple[int, ...], ...]
+    lifts_s: float
+    moves_s: float
     cost: float
 
     @property
@@ -78,6 +85,7 @@ def best_moving(
 ) -> MovingCrane | None:
     """Return the mobile machine and its set-ups that set most parts at the least cost; None if none sets any.
 
+    With the usual share of the charts, or with the whole ones if that sets more parts and the site file leaves it open.
     Deterministic; of the same rank, the machine that comes first.
 
     Args:
@@ -88,15 +96,20 @@ def best_moving(
         plans: Outline of the building, and what of it stands as long as the crane is there.
         gap_m: Room around a part that lies beside the crane.
     """
+    return _Problem(wanted, lifted, others, plans, gap_m).best(machines)
+
+
+def each_moving(
+    machines: Sequence[Machine],
+    wanted: Wanted,
+    lifted: Sequence[Element],
+    others: Sequence[Element],
+    plans: tuple[BaseGeometry, BaseGeometry],
+    gap_m: float,
+) -> Iterator[MovingCrane]:
+    """Yield each mobile machine in its best set-ups, if it sets any part; as for :func:`best_moving`."""
     problem = _Problem(wanted, lifted, others, plans, gap_m)
-    best: MovingCrane | None = None
-    for machine in machines:
-        if machine.kind != "mobile":
-            continue
-        found = problem.set_ups_of(machine, _rigs_of(machine))
-        if found is not None and (best is None or found.rank < best.rank):
-            best = found
-    return best
+    yield from (found for machine in machines if (found := problem.best([machine])) is not None)
 
 
 def _rigs_of(machine: Machine) -> list[TowerCrane]:
@@ -118,7 +131,12 @@ def fit_of_moving(
 ) -> CraneFit:
     """Return how a mobile crane serves a site from its set-ups, in their order; as for :func:`best_moving`."""
     which, seconds = _Problem(wanted, lifted, others, plans, 0.0).in_set_ups(cranes)
-    return fit_in_set_ups(wanted, cranes, which, seconds / 3600.0)
+    return fit_in_set_ups(wanted, cranes, which, (seconds + moves_of_s(cranes)) / 3600.0)
+
+
+def moves_of_s(cranes: Sequence[TowerCrane]) -> float:
+    """Return about how long a crane takes from set-up to set-up, all moves together; it drives a short way."""
+    return (len(cranes) - 1) * sum(moving_times_s(cranes))
 
 
 class _Stand(NamedTuple):
@@ -141,9 +159,9 @@ class _Problem:
         gap_m: float,
     ) -> None:
         building, standing = plans
-        self._wanted = wanted
+        self._wanted, self._parts = wanted, (*lifted, *others)
         self._bounds_m = np.array([element.mesh.bounds_m for element in lifted])
-        all_m = np.array([element.mesh.bounds_m for element in (*lifted, *others)])
+        all_m = np.array([element.mesh.bounds_m for element in self._parts])
         self._free_parts = np.arange(len(all_m)) >= len(lifted)
         self._under = carriers(all_m)
         self._order = np.lexsort((all_m[:, 1, 2], all_m[:, 0, 2])).tolist()
@@ -162,7 +180,23 @@ class _Problem:
         self._free = MastPlaces(wanted.config, building).free
         self._centres_m = wanted.yard_m if self._given else lattice(self._free, _PITCH_M)
 
-    def set_ups_of(self, machine: Machine, rigs: Sequence[TowerCrane]) -> MovingCrane | None:
+    def best(self, machines: Sequence[Machine]) -> MovingCrane | None:
+        """Return the machine and its set-ups of the least rank, with the whole charts if that sets more parts."""
+        found = self._best(machines)
+        if found is not None and found.served == len(self._masses_kg):
+            return found
+        if (whole := self._wanted.with_whole_chart()) is None:
+            return found
+        other = copy(self)
+        other._wanted = whole
+        more = other._best(machines)
+        return found if more is None or (found is not None and found.served >= more.served) else more
+
+    def _best(self, machines: Sequence[Machine]) -> MovingCrane | None:
+        found = (self._set_ups_of(one, _rigs_of(one)) for one in machines if one.kind == "mobile")
+        return min((one for one in found if one is not None), key=lambda one: one.rank, default=None)
+
+    def _set_ups_of(self, machine: Machine, rigs: Sequence[TowerCrane]) -> MovingCrane | None:
         """Return a machine in the set-ups that set most parts, with a boom of its own in each; None if it sets none."""
         where: list[_Stand] = []
         stands: list[tuple[NDArray[np.bool_], NDArray[np.bool_], _Floats]] = []
@@ -187,26 +221,31 @@ class _Problem:
         if not kept:
             return None
         cranes = tuple(_on_base(where[places[n]]) for n in kept)
-        seconds = self._seconds(cranes, sum(len(parts[n]) for n in kept))
+        lifts_s, moves_s = self._lifts_s(sum(len(parts[n]) for n in kept)), moves_of_s(cranes)
         return MovingCrane(
+            machine,
             cranes,
             self._given or tuple(polygon for n in kept if (polygon := yard[n]) is not None),
             tuple(tuple(parts[n].tolist()) for n in kept),
-            self._wanted.rates(machine).total(seconds / 3600.0),
+            lifts_s,
+            moves_s,
+            self._wanted.rates(machine).total((lifts_s + moves_s) / 3600.0),
         )
 
     def in_set_ups(self, cranes: Sequence[TowerCrane]) -> tuple[NDArray[np.int64], float]:
-        """Return (N,) the set-up in which each part is lifted, -1 if in none, and about how many seconds all takes."""
+        """Return (N,) the set-up in which each part is lifted, -1 if in none, and about how long the lifts take."""
         found = [self._stands(self._wanted.demand.as_used(one), np.array([one.base_m[:2]])) for one in cranes]
-        served, taken, radius_m = (np.concatenate(one) for one in zip(*found, strict=True))
-        stands = Stands(served, taken, radius_m, self._free_parts)
+        served, _, radius_m = (np.concatenate(one) for one in zip(*found, strict=True))
+        # Where it stands is known, so what is in its way there is too: by its solids, not with room around them.
+        solids = [stand_of(one) for one in cranes]
+        taken = [[any(is_in(one, part.mesh) for one in own) for part in self._parts] for own in solids]
+        stands = Stands(served, np.array(taken, np.bool_) & ~shapely.is_empty(self._boxes), radius_m, self._free_parts)
         which = set_up_of_parts(stands, self._under, self._order, range(len(cranes)))[~self._free_parts]
-        return which, self._seconds(cranes, int((which >= 0).sum()))
+        return which, self._lifts_s(int((which >= 0).sum()))
 
-    def _seconds(self, cranes: Sequence[TowerCrane], lifts: int) -> float:
-        """Return about how long some of the lifts, and all moves, take."""
-        moves_s = (len(cranes) - 1) * sum(moving_times_s(cranes))
-        return self._wanted.standing_s * lifts / len(self._masses_kg) + _MOVING_S * lifts + moves_s
+    def _lifts_s(self, lifts: int) -> float:
+        """Return about how long some of the lifts take."""
+        return self._wanted.standing_s * lifts / len(self._masses_kg) + _MOVING_S * lifts
 
     def _stands(self, crane: TowerCrane, bases_m: _Floats) -> tuple[NDArray[np.bool_], NDArray[np.bool_], _Floats]:
         """Return (B, N) whether a crane as used serves each part from (B, 2) bases, is in its way, and its radius."""
@@ -215,7 +254,7 @@ class _Problem:
         radius_m = distances_m(bases_m, self._wanted.demand.places_m)
         able = (radius_m >= low_m + MARGIN_M) & (radius_m <= far_m - MARGIN_M) & ~self._wanted.closed
         # Not over the whole building, as a crane that stays: each part over its own place.
-        hook_m = self._bounds_m[:, 1, 2] + crane.sling_m + _OVER_M
+        hook_m = hooks_over_m(self._bounds_m[:, 1, 2], crane)
         able &= highest_hooks_m(crane.luffing, radius_m.ravel()).reshape(radius_m.shape) >= hook_m
         able &= self._nearest_m(crane, bases_m) + MARGIN_M <= far_m
         room_m = _room_m(self._wanted, crane)

@@ -26,7 +26,7 @@ from bimvox.site.areas import NO_HOOK, NO_LOAD, PLAN, hull, shadow
 from bimvox.site.checks import check_cranes
 from bimvox.site.config.gear_file import gear_by_crane
 from bimvox.site.config.site_config import Polygon, SiteConfig, ZoneConfig
-from bimvox.site.demand import Demand, Rigs
+from bimvox.site.demand import Demand, Rigs, hooks_over_m
 
 _PITCH_M = 1.0
 _MOST_POINTS = 4000
@@ -126,12 +126,14 @@ class Trial:
         """Return how one crane serves every part."""
         demand = self._demands[chosen].permitting(config.rules.utmost_utilisation)
         used, masses_kg = demand.as_used(crane), demand.masses_kg
-        high_m = demand.height_m(used)
+        high_m = np.full(len(masses_kg), demand.height_m(used))
+        if config.moves:  # as its set-ups are chosen: each part over its own place
+            high_m = hooks_over_m(np.array([part.mesh.bounds_m[1, 2] for part in self._parts]), used)
         base = np.array([crane.base_m[:2]])
         radius_m = distances_m(base, demand.places_m)[0]
         in_yard_m = np.sort(distances_m(base, points_m)[0])
         if used.luffing is not None:
-            in_yard_m = in_yard_m[highest_hooks_m(used.luffing, in_yard_m) >= high_m]
+            in_yard_m = in_yard_m[highest_hooks_m(used.luffing, in_yard_m) >= high_m.min(initial=np.inf)]
         low_m, far_m = radii_for_m(used, masses_kg).T
         hung_kg = masses_kg + used.tackle_kg
         slew_rad = np.arctan2(*(demand.places_m - base[0]).T[::-1])
@@ -188,7 +190,7 @@ class Trial:
             mast = shapely.box(x0, y0, x1, y1)
             near = np.flatnonzero(shapely.intersects(self.hulls, mast)).tolist()
             hit = [part for part in (self._parts[n] for n in near) if shadow(part.mesh).intersects(mast)]
-            if hit:
+            if hit and not config.moves:  # what is built where it stands comes later
                 part = hit[0]
                 result.append(f"The mast of {crane.name} stands at the place of {part.label}")
             if mast.intersects(yard):

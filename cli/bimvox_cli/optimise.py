@@ -63,9 +63,10 @@ def optimise(
     """Look for a better crane, place and yard.
 
     Every machine is tried at every place where its mast can stand, with other yards, unless trucks or parts have their
-    places, and with a second crane. The set-ups that no other beats in hours, cost and highest utilisation are planned
-    and proven in full, the cheapest first, and so is the given one: cost is crew, hire and lorries (`[costs]`). Their
-    site files are written next to it. Several sites are searched in parallel: one table and one page of all.
+    places, and with a second crane. A mobile crane is tried in several set-ups, if it sets more parts so. The set-ups
+    that no other beats in hours, cost and highest utilisation are planned and proven in full, the cheapest first, and
+    so is the given one: cost is crew, hire and lorries (`[costs]`). Their site files are written next to it. Several
+    sites are searched in parallel: one table and one page of all.
     """
     from bimvox_pipeline.fleet.schedule import Execution
     from bimvox_pipeline.optimise import optimise as optimise_one
@@ -133,10 +134,17 @@ def _show_all(console: Console, document: Mapping[str, Any]) -> None:
 
 def _machines(one: Mapping[str, Any]) -> str:
     given = "given: " if one.get("is_given") else ""
-    return f"{given}{one['machine']}" + (f" + {one['second']['machine']}" if one["second"] else "")
+    more = f", {len(one['set_ups'])} set-ups" if one["set_ups"] else ""
+    return f"{given}{one['machine']}{more}" + (f" + {one['second']['machine']}" if one["second"] else "")
+
+
+def _places(one: Mapping[str, Any]) -> str:
+    return ", ".join("({:g}, {:g})".format(*each["base_m"]) for each in one["set_ups"] or (one, one["second"]) if each)
 
 
 def _yard(one: Mapping[str, Any]) -> str:
+    if any(each["yard"] for each in one["set_ups"] or ()):
+        return "one each"
     place = "given" if one["yard"] is None else "({:g}, {:g})".format(*one["yard"][0])
     return place + (f", {one['truckload_kg'] / 1000.0:g} t" if one["truckload_kg"] else "")
 
@@ -145,11 +153,12 @@ _SET_UPS: dict[str, Column] = {
     "set-up": _machines,
     "jib m": "jib_m",
     "falls": "falls",
-    "at": lambda one: ", ".join("({:g}, {:g})".format(*each["base_m"]) for each in (one, one["second"]) if each),
+    "at": _places,
     "yard, truckload": _yard,
     "refused": "refused",
     "crane hours": "hours",
     "moving h": "moving_hours",
+    "between set-ups h": lambda one: one["move_hours"] or None,
     "hire days": "hire_days",
     "critical": "critical_lifts",
     "highest %": rounded("highest_utilisation", per=0.01),

@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from bimvox.crane.machine import Machine
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import FileError
 from bimvox.exporters.text import table as csv_table
@@ -24,7 +25,8 @@ from bimvox.files import (
     write_together,
 )
 from bimvox.library.optimise import with_set_up
-from bimvox.library.set_up_search.choose import search_set_ups
+from bimvox.library.set_up_search.choose import Searched, search_set_ups
+from bimvox.library.set_up_search.moving import given_in_set_ups
 from bimvox.library.set_up_search.pairs import names_of_two
 from bimvox.library.set_up_search.search import Search
 from bimvox.library.set_up_search.set_up import Effort, Tried, front_of, proven_front, why_beaten, why_lost
@@ -37,7 +39,7 @@ from bimvox.rendering.report.set_ups import set_ups_page
 from bimvox.rendering.report.site_drawing import drawing_of_site
 from bimvox.site.catalogue import machines_for, name_of
 from bimvox.site.config.calendar import Rates
-from bimvox.site.config.site_config import SiteConfig
+from bimvox.site.config.site_config import Polygon, SiteConfig
 from bimvox.site.crane_guess import machine_of_crane
 from bimvox.site.machine import cranes_of
 from bimvox_pipeline.fleet.command import fleet
@@ -45,14 +47,14 @@ from bimvox_pipeline.fleet.runs import FAILED, Run, Wish, asked, digest_of, log_
 from bimvox_pipeline.fleet.schedule import Execution, locked, records_of
 from bimvox_pipeline.studio.opened import SITE_SUFFIX, Opened, open_site
 from bimvox_pipeline.studio.saving import as_text
-from bimvox_pipeline.studio.setup import CraneSetup, Setup
+from bimvox_pipeline.studio.setup import CraneSetup, Setup, read_setup, setup_of
 
 _NUDGE_M = 1e-3
 _STAMP = b"# bimvox optimise wrote the lines above, and may overwrite them while they are as they were: "
 _DIGITS = 16
 _COLUMNS = (
-    "machine", "jib_m", "falls", "load_moment_tm", "x_m", "y_m", "second", "yard", "truckload_kg", "places", "parts",
-    "parts_served", "estimated_hours", "estimated_cost", "estimated_utilisation", "currency", "why_lost",
+    "machine", "jib_m", "falls", "load_moment_tm", "x_m", "y_m", "set_ups", "second", "yard", "truckload_kg", "places",
+    "parts", "parts_served", "estimated_hours", "estimated_cost", "estimated_utilisation", "currency", "why_lost",
 )  # fmt: skip
 
 
@@ -63,8 +65,21 @@ def _base_of(one: Tried) -> tuple[float, float]:
     return x, y
 
 
+def wanted_of(opened: Opened, one: Tried) -> tuple[SiteConfig, Setup]:
+    """Return the values of a site file with another set-up, and that set-up as the studio has it."""
+    if one.moving is None and not opened.config.moves:
+        wanted = set_up(opened, one)
+        return opened.with_setup(wanted), wanted
+    config, own = with_set_up(opened, one), opened.setup_document
+    made = setup_of(config, cranes_of(config), opened.means, own["part_kinds"])
+    truckload_kg = config.rules.truckload_kg
+    if truckload_kg != opened.config.rules.truckload_kg:
+        made["truckload_kg"] = truckload_kg
+    return config, read_setup(made)
+
+
 def set_up(opened: Opened, one: Tried) -> Setup:
-    """Return the site's set-up with other cranes, and another yard and truckload if it has one."""
+    """Return the set-up of a site whose crane stays with other cranes, and another yard and truckload if it has one."""
     (own,), config = opened.setup.cranes, opened.config
     if one.second is None:
         machine = name_of(config, one.machine)
@@ -120,8 +135,8 @@ def _written(opened: Opened, one: Tried) -> Path:
     if one.second is not None:
         which += f"-and-{_rig(one.second)}"
     path = opened.site.with_name(f"{stem}-{_rig(one)}{which}{SITE_SUFFIX}")
-    wanted = set_up(opened, one)
-    text, _, _ = as_text(opened, opened.with_setup(wanted), wanted, path)
+    config, wanted = wanted_of(opened, one)
+    text, _, _ = as_text(opened, config, wanted, path)
     data = _stamped(text.encode())
     before = read_input(path, may_be_empty=True) if path.exists() else None
     if before == data:
@@ -140,6 +155,8 @@ def _stamped(data: bytes) -> bytes:
 
 
 def _rig(one: Tried) -> str:
+    if one.moving is not None:
+        return f"{one.machine}-{len(one.moving.cranes)}-set-ups"
     return f"{one.machine}-{one.jib_m:g}m-{one.falls}-falls"
 
 
@@ -168,6 +185,8 @@ def _table_of(found: Sequence[Tried], front: Sequence[Tried], parts: int, curren
             values |= {"estimated_cost": f"{one.cost:.0f}", "estimated_utilisation": f"{one.highest:.2f}"}
         if one.second is not None:
             values["second"] = "{} at ({:g}, {:g})".format(one.second.words, *_base_of(one.second))
+        if one.moving is not None:
+            values["set_ups"] = len(one.moving.cranes)
         rows.writerow(values)
     return stream.getvalue()
 
@@ -225,7 +244,7 @@ def optimise(
     losers = [{**one, "why_lost": why_beaten(one, best, budget)} for one in planned if one not in best]
     table, picture, page = folder / _TABLE, folder / _MAP, folder / PAGE
     rows = _table_of(found, front, len(search.work.places_m), currency)
-    map_svg = heat_map(_heat(opened, min(front_of(searched.lattice), key=lambda one: one.crane_s)))
+    map_svg = heat_map(_heat(opened, _shown(searched.lattice)))
     document = {
         "tried": searched.tried,
         "machines": len(searched.rigs),
@@ -233,7 +252,7 @@ def optimise(
         "parts": len(search.work.places_m),
         "standing_hours": round(plans.standing_h, 4),
         "least_moving_hours": round(search.least_moving_s(found) / 3600.0, 4),
-        "least_cost": round(search.least_cost(machines, max(one.served for one in searched.lattice)), 2),
+        "least_cost": round(_least_cost(searched, machines), 2),
         "baseline": baseline,
         "front": best,
         "losers": losers,
@@ -243,9 +262,7 @@ def optimise(
     }
     drawn = [(opened.config, "The given set-up")]
     drawn += [
-        (opened.with_setup(set_up(opened, one)), one.words)
-        for one, figures in zip(chosen, planned, strict=True)
-        if figures in best
+        (wanted_of(opened, one)[0], one.words) for one, figures in zip(chosen, planned, strict=True) if figures in best
     ]
     drawings = [
         Figure(drawing_file(drawing_of_site(config, opened.building), words), _SVG, words) for config, words in drawn
@@ -257,6 +274,18 @@ def optimise(
     progress.finish()
     files_written = {"folder": str(folder), "table": str(table), "map": str(picture), "page": str(page)}
     return {"site": str(site), **files_written, **document, "seconds": progress.seconds}
+
+
+def _shown(lattice: Sequence[Tried]) -> Tried:
+    """Return the machine whose places the map shows: of those of the front from one place the fastest."""
+    able = front_of(lattice) or [one for one in lattice if one.crane is not None]
+    return min(able, key=lambda one: (-one.served, one.crane_s))
+
+
+def _least_cost(searched: Searched, machines: Sequence[Machine]) -> float:
+    most = max(one.served for one in searched.found if one.second is None)
+    moving = {one.machine for one in searched.found if one.moving is not None and one.served == most}
+    return searched.search.least_cost(machines, most, moving)
 
 
 def _as_linked(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
@@ -298,39 +327,56 @@ class _Plans:
             for run, record in zip(runs_of(wishes), runs["runs"], strict=True)
         }
         self.verified = runs["verified"]
-        (own,) = cranes_of(self._opened.config)
-        own_rates = search.rates(machine_of_crane(own))
-        self.given = _planned(site, by_site, _given(own, search), own_rates, self.standing_h)
+        given = _given(self._opened, search)
+        own_rates = search.rates(machine_of_crane(cranes_of(self._opened.config)[0]))
+        self.given = _planned(site, by_site, given, own_rates, self.standing_h)
         return [
             _planned(path, by_site, _found(one), search.rates_of(one), self.standing_h)
             for path, one in zip(files, chosen, strict=True)
         ]
 
 
-def _given(crane: TowerCrane, search: Search) -> dict[str, Any]:
-    served, crane_s = search.of(crane)
+def _given(opened: Opened, search: Search) -> dict[str, Any]:
+    crane, *others = cranes = cranes_of(opened.config)
+    served, crane_s, moves_s = given_in_set_ups(opened) if others else (*search.of(crane), 0.0)
     return {
         "machine": crane.machine or crane.name,
         "jib_m": crane.jib_length_m,
         "falls": crane.falls,
         "base_m": [float(value) for value in crane.base_m[:2]],
+        "set_ups": _set_ups(cranes, ()) if others else None,
         "second": None,
         "yard": None,
         "truckload_kg": None,
         "parts_served": served,
         "crane_s": crane_s,
+        "moves_s": moves_s,
     }
 
 
 def _found(one: Tried) -> dict[str, Any]:
     return {
         **_stands(one),
+        "set_ups": None if one.moving is None else _set_ups(one.moving.cranes, one.moving.yard),
         "second": None if one.second is None else _stands(one.second),
         "yard": None if one.yard is None or one.yard.number is None else [list(corner) for corner in one.yard.polygon],
         "truckload_kg": None if one.yard is None else one.yard.truckload_kg,
         "parts_served": one.served,
         "crane_s": one.crane_s,
+        "moves_s": one.moves_s,
     }
+
+
+def _set_ups(cranes: Sequence[TowerCrane], yards: Sequence[Polygon]) -> list[dict[str, Any]]:
+    """Return where a crane that moves stands, one place after the other, with which boom, and the yard there.
+
+    ``yards``: one for each set-up, or the site file's.
+    """
+    own = yards if len(yards) == len(cranes) else [None] * len(cranes)
+    return [
+        {"base_m": [float(value) for value in one.base_m[:2]], "boom_m": one.jib_own_m, "yard": yard}
+        for one, yard in zip(cranes, own, strict=True)
+    ]
 
 
 def _stands(one: Tried) -> dict[str, Any]:
@@ -348,16 +394,17 @@ def _planned(
     """Return what is known of a set-up: its estimate, and its plan."""
     record = by_site[path.resolve()]
     figures = record.get("figures") or {}
-    estimated_h = values.pop("crane_s") / 3600.0
+    estimated_h, moves_h = values.pop("crane_s") / 3600.0, values.pop("moves_s") / 3600.0
     hours, refused = figures.get("crane_hours"), record.get("infeasible")
     return {
         "site": str(path),
         **values,
         "estimated_hours": round(estimated_h, 4),
-        "estimated_cost": round(rates.total(estimated_h), 2),
+        "estimated_cost": round(rates.total(estimated_h + moves_h), 2),
         "status": record["status"],
         "refused": refused,
         "hours": hours,
+        "move_hours": figures.get("move_hours", 0.0) if figures else None,
         "hook_hours": figures.get("hook_hours"),
         "lorries": (figures.get("unloading") or {}).get("lorries"),
         # Of two cranes, one stands while the other moves; for a refused part, none stands.

@@ -1,4 +1,4 @@
-"""A crane that moves, from the site file to the exports; what is not built for it says so."""
+"""A crane that moves, from the site file to the studio and the exports."""
 
 import json
 import struct
@@ -8,9 +8,9 @@ from datetime import datetime
 from pathlib import Path
 
 import pytest
-from bimvox_pipeline.optimise import optimise
 from bimvox_pipeline.report import report
 from bimvox_pipeline.studio.opened import open_site
+from bimvox_pipeline.studio.saving import save
 from bimvox_pipeline.verify import verify
 from moving_sites import box, planned_row, row, row_file
 
@@ -25,6 +25,7 @@ from bimvox.records.motion import stays_of
 from bimvox.remarks.remarks import remarks_of
 from bimvox.rendering.pictures.cranes import poses_at, site_cranes
 from bimvox.site.build import with_digests
+from bimvox.site.machine import cranes_of
 from bimvox.site.moving import Moving
 from bimvox.site.site import Site
 
@@ -131,12 +132,30 @@ def test_a_place_on_the_building_is_a_serious_remark_with_its_load(tmp_path: Pat
     assert "stands on slab" in said.text and "kN on one outrigger" in said.text
 
 
-def test_what_is_not_built_for_a_crane_that_moves_says_so(tmp_path: Path) -> None:
-    file = row_file(tmp_path)
-    with pytest.raises(InputError, match="its crane moves between 2 set-ups"):
-        open_site(file)
-    with pytest.raises(InputError, match="its crane moves between 2 set-ups"):
-        optimise(file, progress=SilentProgress())
+def test_the_studio_shows_each_set_up_and_saves_places_and_booms(tmp_path: Path) -> None:
+    file = row_file(tmp_path, more="[crane.moving]\nrig_min = 90 # measured\n")
+    opened = open_site(file)
+    west, east = opened.setup.cranes
+    assert (west.name, west.base_m, west.machine) == ("west", (4.5, -5.5), "mobile-60t")
+    assert opened.document("row.site.toml")["moves"]
+    tried = opened.tried(opened.setup)
+    assert (tried["served"], tried["problems"]) == (6, [])
+    assert {one["crane"] for one in tried["parts"].values()} == {"mobile-60t at west", "mobile-60t at east"}
+    moved = opened.setup.model_copy(
+        update={"cranes": (west, east.model_copy(update={"base_m": (36.0, -6.0), "jib_m": 28.0}))}
+    )
+    saved, changed = save(opened, moved)
+    assert changed == ["crane.setup[1].base_m", "crane.setup[1].boom_m"]
+    assert "rig_min = 90 # measured" in file.read_text()
+    assert [one.base_m for one in saved.config.cranes] == [(4.5, -5.5), (36.0, -6.0)]
+    assert cranes_of(saved.config)[1].jib_own_m == 28.0
+    for other in (
+        (west,),
+        (west, east.model_copy(update={"machine": "mobile-100t"})),
+        (*moved.cranes, west.model_copy(update={"name": "third"})),
+    ):
+        with pytest.raises(InputError, match="only places and booms"):
+            saved.tried(moved.model_copy(update={"cranes": other}))
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from bimvox.crane.reach import MARGIN_M, allowed_radii_m
 from bimvox.site.catalogue import machine_called
 from bimvox.site.config.site_config import AreasConfig, ModelConfig, RulesConfig, SiteConfig
 from bimvox.site.crane_guess import Wanted
-from bimvox.site.moving_guess import MovingCrane, best_moving
+from bimvox.site.moving_guess import MovingCrane, best_moving, each_moving, fit_of_moving
 from bimvox.site.set_ups import ground_plan
 
 MACHINE = machine_called("mobile-60t")
@@ -27,15 +28,19 @@ def row(count: int, mass_kg: float):
     ]
 
 
-def moving(lifted, others=(), yard=None) -> MovingCrane | None:
+def asked(lifted, others=(), yard=None, share: float | None = 0.85):
+    """Return what a crane is chosen for, in the order of the arguments of ``best_moving``."""
     config = SiteConfig(
         model=ModelConfig(path="a.ifc"),
         areas=AreasConfig(yard=yard),
-        rules=RulesConfig(highest_utilisation=0.85),
+        rules=RulesConfig(highest_utilisation=share),
     )
     plan = ground_plan([*lifted, *others])
-    wanted = Wanted(config, lifted, plan, 10.0, None)
-    return best_moving([MACHINE], wanted, lifted, others, (plan, ground_plan(others)), 0.5)
+    return Wanted(config, lifted, plan, 10.0, None), lifted, others, (plan, ground_plan(others))
+
+
+def moving(lifted, others=(), yard=None, share: float | None = 0.85) -> MovingCrane | None:
+    return best_moving([MACHINE], *asked(lifted, others, yard, share), 0.5)
 
 
 def test_one_place_is_enough_for_what_it_reaches() -> None:
@@ -97,3 +102,28 @@ def test_what_no_place_serves_is_left_out(mass_kg: float) -> None:
     found = moving([*row(1, 1000.0), box_element("q", (30.0, 0.0, 0.0), (40.0, 0.2, 3.0), mass_kg=mass_kg)])
     assert found is not None
     assert found.parts == ((0,),)
+
+
+def test_the_whole_charts_count_if_they_set_more() -> None:
+    lifted = [*row(1, 1000.0), box_element("heavy", (30.0, 0.0, 0.0), (40.0, 0.2, 3.0), mass_kg=17_000.0)]
+    found = [moving(lifted, share=share) for share in (0.85, None)]
+    assert [one is not None and one.served for one in found] == [1, 2]
+
+
+def test_each_machine_has_its_own_set_ups() -> None:
+    machines = [MACHINE, machine_called("hammerhead-45"), machine_called("mobile-220t")]
+    found = list(each_moving(machines, *asked(row(8, 6000.0)), 0.5))
+    assert [one.machine.name for one in found] == ["mobile-60t", "mobile-220t"]
+    assert len(found[0].cranes) > len(found[1].cranes)
+    for one in found:
+        assert one.lifts_s > 0.0
+        assert (one.moves_s > 0.0) == (len(one.cranes) > 1)
+
+
+def test_what_is_near_given_set_ups_is_in_the_way_only_if_it_is_where_the_crane_stands() -> None:
+    lifted = row(1, 1000.0)
+    yard = (((-2.0, -22.0), (12.0, -22.0), (12.0, -12.0), (-2.0, -12.0)),)
+    wanted, *more = asked(lifted, yard=yard)
+    near, on_it = (replace(MACHINE.usual, base_m=(5.0, y_m, 0.0)) for y_m in (-5.5, 0.1))
+    assert not fit_of_moving([near], wanted, *more).unserved
+    assert len(fit_of_moving([on_it], wanted, *more).unserved) == 1

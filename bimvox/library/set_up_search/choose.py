@@ -13,6 +13,7 @@ import numpy as np
 from bimvox.crane.machine import Machine
 from bimvox.errors import InputError
 from bimvox.extras import require
+from bimvox.library.set_up_search.moving import in_set_ups
 from bimvox.library.set_up_search.pairs import may_pair, pairs
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.set_up_search.search import Search
@@ -80,7 +81,7 @@ def refined(search: Search, best: Tried, effort: Effort) -> list[Tried]:
     ``best``: the cheapest set-up by its plan, of one crane; ``effort``: how many were planned.
     """
     most = effort.members // 2
-    if effort.members < 4 or best.crane is None:
+    if effort.members < 4 or best.crane is None or best.moving is not None:
         return []
     found = []
     yards = search.config.areas.yard or ()
@@ -152,7 +153,7 @@ def _gap_m(one: Tried, other: Tried) -> float:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Searched:
+class Searched:
     """What a search found.
 
     Attributes:
@@ -223,8 +224,8 @@ class _Searched:
 
 def search_set_ups(
     site: PlacedSite, name: str, machines: Sequence[Machine], effort: Effort, folder: Path | None, progress: Progress
-) -> _Searched:
-    """Return what to plan for a site of one crane.
+) -> Searched:
+    """Return what to plan for a site of one crane, which may move.
 
     Args:
         site: The site.
@@ -239,12 +240,7 @@ def search_set_ups(
             budget, or the site file states of the given crane what does not hold for another machine.
         MissingPackageError: If other yards are to be tried, and Optuna is not installed.
     """
-    if site.config.moves:
-        raise InputError(
-            f"{name}: the set-ups of a crane that moves are not chosen yet: its {len(site.config.cranes)} are given",
-            hint="plan with other set-ups and compare, or give the crane one place, [crane] base_m",
-        )
-    count = len(site.config.cranes)
+    count = 1 if site.config.moves else len(site.config.cranes)
     if count != 1 or site.config.cranes[0].kind == "none":
         raise InputError(
             f"{name}: the place of one crane is looked for, but the site has {count if count > 1 else 0}",
@@ -272,6 +268,9 @@ def search_set_ups(
         progress.stage("pairs")
         found += pairs(search, machines)
         progress.finish()
+    progress.stage("set-ups")
+    found += in_set_ups(site, search, machines, found)
+    progress.finish()
     front = front_of(found)
     chosen = to_plan(found, front, effort.members)
     if not chosen and any(one.served for one in found):
@@ -284,13 +283,12 @@ def search_set_ups(
         raise InputError(
             f"{name}: no machine serves any part", hint="`bimvox cranes SITE` says why; move the yard, or lift less"
         )
-    return _Searched(search, tuple(lattice), tuple(found), tuple(front), tuple(chosen), trials)
+    return Searched(search, tuple(lattice), tuple(found), tuple(front), tuple(chosen), trials)
 
 
 def _refuse_support_of_any(config: SiteConfig, name: str, machines: Sequence[Machine]) -> None:
     """Refuse what the site file states of a crane without its machine, if other machines are tried."""
-    (crane,) = cranes_of(config)
-    given = machine_of_crane(crane).name
+    given = machine_of_crane(cranes_of(config)[0]).name
     for number, one in enumerate(config.support):
         stated = (one.crane_mass_kg, one.back_moment_knm, one.free_standing_m, one.mat_m2)
         if one.machine is None and any(value is not None for value in stated) and {m.name for m in machines} != {given}:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
@@ -27,7 +27,7 @@ from bimvox.progress import Progress
 from bimvox.records.work_time import WorkTime
 from bimvox.site.config.calendar import CalendarConfig, Rates
 from bimvox.site.config.gear_file import gear_by_crane
-from bimvox.site.config.site_config import Polygon
+from bimvox.site.config.site_config import Polygon, SiteConfig
 from bimvox.site.crane_guess import Wanted, best_set_up, machine_of_crane
 from bimvox.site.crew_times import crew_times
 from bimvox.site.guess import rigs_of
@@ -57,7 +57,7 @@ class Search:
     """
 
     def __init__(self, placed: PlacedSite, progress: Progress) -> None:
-        config = placed.searched
+        config = at_one_place(placed.searched)
         site = built_site(config, placed.building, {}, progress).site
         progress.stage("order")
         elements = {part.id: part for part in placed.parts}
@@ -224,13 +224,14 @@ class Search:
         area = (self.config.areas.yard or ()) if yard is None else (yard.polygon,)
         return least_of_all_s(stands, wanted.work, area, loose, fits)
 
-    def least_cost(self, machines: Sequence[Machine], parts: int) -> float:
+    def least_cost(self, machines: Sequence[Machine], parts: int, moving: Container[str] = ()) -> float:
         """Return a cost below which no machine serves so many parts alone, wherever the yard is; 0 if none does.
 
-        What standing for them costs: the shortest times count, without waits and wind.
+        What standing for them costs: the shortest times count, without waits and wind. ``moving``: machines that serve
+        as many from several set-ups.
         """
         standing_h = float(np.sort(self.work.standing_s)[:parts].sum()) / 3600.0
-        able = [machine for machine in machines if self.carries(machine) >= parts]
+        able = [machine for machine in machines if machine.name in moving or self.carries(machine) >= parts]
         rates = (replace(self.rates(machine), waits_h=0.0, lost=0.0) for machine in able)
         return min((one.total(standing_h) for one in rates), default=0.0)
 
@@ -311,6 +312,14 @@ class Search:
             able, _ = carried(rig.crane, self.places_m(rig), self.work, rig.hook_m, MARGIN_M)
             found.append(int(able.sum(axis=1).max(initial=0)))
         return max(found)
+
+
+def at_one_place(config: SiteConfig) -> SiteConfig:
+    """Return a site file whose crane stays in the first of its set-ups, if it moves; itself otherwise."""
+    if not config.moves:
+        return config
+    parts = tuple(one.model_copy(update={"setup": None}) for one in config.component)
+    return config.model_copy(update={"crane": config.cranes[0], "component": parts})
 
 
 def _waits_h(site: Site, made: Preparation, calendar: CalendarConfig, unloading_h: float) -> float:

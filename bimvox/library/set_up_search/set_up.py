@@ -13,7 +13,9 @@ from bimvox.crane.machine import Machine
 from bimvox.crane.reach import standing
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import enumerated
+from bimvox.rendering.words import counted
 from bimvox.site.config.site_config import Polygon
+from bimvox.site.moving_guess import MovingCrane
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +63,8 @@ class Tried:
         served: Number of parts that it serves from there.
         crane_s: Estimated crane time from there, of those that serve most parts with the swing of loads.
         lifts: So many lifts were laid over time for it; 0: the quick estimate, or that times a factor of its machine.
+        moving: The crane in its set-ups if it moves during the job: ``bases_m`` are their places, ``crane`` and
+            ``jib_m`` those of the first.
         bases_m: (B, 2) all places.
         all_served: (B,) number of parts served from each.
         all_crane_s: (B,) crane time from each by the quick estimate, without swing.
@@ -93,17 +97,23 @@ class Tried:
     place: int = 0
     second: Tried | None = None
     lifts: int = 0
+    moving: MovingCrane | None = None
 
     @property
     def words(self) -> str:
-        """The machine and its jib; of two cranes, both."""
-        own = f"{self.machine} with a jib of {self.jib_m:g} m"
+        """The machine and its jib, or in how many set-ups it stands; of two cranes, both."""
+        own = f"{self.machine} {_how(self.jib_m, 0 if self.moving is None else len(self.moving.cranes))}"
         return own if self.second is None else f"{own} and {self.second.words}"
 
     @property
     def cranes(self) -> int:
         """Number of cranes."""
         return 1 if self.second is None else 2
+
+    @property
+    def moves_s(self) -> float:
+        """Estimated time from set-up to set-up, all moves together."""
+        return 0.0 if self.moving is None else self.moving.moves_s
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,13 +170,13 @@ def front_of(found: Sequence[Tried]) -> list[Tried]:
 def to_plan(found: Sequence[Tried], front: Sequence[Tried], most: int) -> list[Tried]:
     """Return at most so many set-ups to be planned in full.
 
-    First :func:`ends` of the front, then others of it up to half of ``most``, evenly from the cheapest on, then the
-    cheapest of other machines, then others by their estimate. The estimate ranks; it does not decide between machines
-    that are nearly as fast.
+    First :func:`ends` of the front, by how many cranes there are and whether one moves, then others of it up to half of
+    ``most``, evenly from the cheapest on, then the cheapest of other machines, then others by their estimate. The
+    estimate ranks; it does not decide between machines that are nearly as fast.
     """
     if not front:
         return []
-    chosen = ends(front, estimated_goals, lambda one: one.cranes)[:most]
+    chosen = ends(front, estimated_goals, lambda one: (one.cranes, one.moving is None))[:most]
     left = [one for one in front if one not in chosen]
     room = max(0, most // 2 - len(chosen))
     chosen += left[:: max(1, -(-len(left) // room))][:room] if room else []
@@ -237,22 +247,28 @@ def why_beaten(one: dict[str, Any], front: Sequence[dict[str, Any]], budget: flo
         return f"infeasible lifts: {one['refused']}; of others {front[0]['refused']}"
     better = _better(planned_goals(one), front, planned_goals)
     both = [each for each in (better, better["second"]) if each]
-    words = " and ".join(f"{each['machine']} with a jib of {each['jib_m']:g} m" for each in both)
+    words = " and ".join(f"{each['machine']} {_how(each['jib_m'], len(each.get('set_ups') or ()))}" for each in both)
     return _said(words, planned_goals(one), planned_goals(better), 1.0)
 
 
 def planned_goals(one: dict[str, Any]) -> Goals:
     """Return what is to be small of a planned set-up; without a utilisation, the whole capacity.
 
-    Two cranes count as fully used: a lower utilisation alone is not worth a second crane.
+    A crane's moves from set-up to set-up are hours too. Two cranes count as fully used: a lower utilisation alone is
+    not worth a second crane.
     """
     highest = one["highest_utilisation"]
-    return one["hours"], one["cost"], 1.0 if highest is None or one["second"] else highest
+    hours = one["hours"] + (one.get("move_hours") or 0.0)
+    return hours, one["cost"], 1.0 if highest is None or one["second"] else highest
 
 
 def estimated_goals(one: Tried) -> Goals:
     """Return what is to be small of a set-up, by its estimate; see :func:`planned_goals`."""
-    return one.crane_s, one.cost, 1.0 if one.second else round(one.highest / _SHARE) * _SHARE
+    return one.crane_s + one.moves_s, one.cost, 1.0 if one.second else round(one.highest / _SHARE) * _SHARE
+
+
+def _how(jib_m: float, set_ups: int) -> str:
+    return f"in {counted(set_ups, 'set-up')}" if set_ups else f"with a jib of {jib_m:g} m"
 
 
 def _unbeaten(able: Sequence[T], goals: Callable[[T], Goals]) -> list[T]:

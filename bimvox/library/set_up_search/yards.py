@@ -47,9 +47,12 @@ _NOTHING = 1e9
 
 
 def may_move(config: SiteConfig) -> bool:
-    """Return whether the yard may lie elsewhere: it is one polygon, and neither trucks nor parts have their places."""
+    """Return whether the yard may lie elsewhere: neither trucks nor parts have their places, and it is one polygon.
+
+    Of a crane that moves it is several, those of its set-ups.
+    """
     placed = any(one.start is not None for one in config.component)
-    return len(config.areas.yard or ()) == 1 and not config.areas.access and not placed
+    return (len(config.areas.yard or ()) == 1 or config.moves) and not config.areas.access and not placed
 
 
 class Yards:

@@ -29,8 +29,8 @@ _STEPS_COST = tuple(step * 10**n for n in range(1, 8) for step in (1.0, 2.0, 5.0
 _DEAR = 1.25
 _LEGEND = "Filled: planned, of the front. Triangle: the given set-up. Hollow: planned, beaten. Small: estimates alone."
 _COLUMNS = (
-    "set-up", "place", "yard,\ntruckload", "parts\nrefused", "crane\nhours", "of them\nmoving", "days of\nhire",
-    "critical\nlifts", "highest\nutilisation", "cost", "files", "why not",
+    "set-up", "place", "yard,\ntruckload", "parts\nrefused", "crane\nhours", "of them\nmoving", "between\nset-ups",
+    "days of\nhire", "critical\nlifts", "highest\nutilisation", "cost", "files", "why not",
 )  # fmt: skip
 
 
@@ -121,13 +121,16 @@ def _less(saved: float, whole: float) -> str:
 
 
 def _name(one: Mapping[str, Any]) -> str:
-    own = f"{one['machine']}, jib {one['jib_m']:g} m, {counted(one['falls'], 'fall')}"
+    set_ups = one.get("set_ups") or ()
+    booms = "/".join(dict.fromkeys(f"{each['boom_m']:g}" for each in set_ups))
+    how = f"{counted(len(set_ups), 'set-up')}, boom {booms} m" if set_ups else f"jib {one['jib_m']:g} m"
+    own = f"{one['machine']}, {how}, {counted(one['falls'], 'fall')}"
     return own if one.get("second") is None else f"{own}; and {_name(one['second'])}"
 
 
 def _at(one: Mapping[str, Any]) -> str:
-    x, y = one["base_m"]
-    own = f"({x:g},\N{NO-BREAK SPACE}{y:g})"
+    places = [each["base_m"] for each in one.get("set_ups") or (one,)]
+    own = ", ".join(f"({x:g},\N{NO-BREAK SPACE}{y:g})" for x, y in places)
     return own if one.get("second") is None else f"{own}, {_at(one['second'])}"
 
 
@@ -143,6 +146,7 @@ def _row(one: Mapping[str, Any], prefix: str = "") -> str:
         link += ", " + tag("a", "log", href=PurePath(one["log"]).name)
     highest = one["highest_utilisation"]
     corner = "given" if one["yard"] is None else "({:g}, {:g})".format(*one["yard"][0])
+    corner = "one each" if any(each["yard"] for each in one.get("set_ups") or ()) else corner
     corner += f", {one['truckload_kg'] / 1000.0:g} t" if one.get("truckload_kg") else ""
     why = one["error"]["message"] if one["error"] else one.get("why_lost", "")
     cells = (
@@ -152,6 +156,7 @@ def _row(one: Mapping[str, Any], prefix: str = "") -> str:
         number(one["refused"], str(one["refused"])),
         number(one["hours"], fixed(one["hours"] or 0.0, 2)),
         number(one["moving_hours"], fixed(one["moving_hours"] or 0.0, 2)),
+        number(one.get("move_hours") or None, fixed(one.get("move_hours") or 0.0, 2)),
         number(one["hire_days"], str(one["hire_days"])),
         number(one["critical_lifts"], str(one["critical_lifts"])),
         number(highest, percent(highest or 0.0, 0)),
@@ -180,6 +185,8 @@ def _losers(estimates: Sequence[Mapping[str, str]]) -> str:
 
 
 def _machines(one: Mapping[str, str]) -> str:
+    if one.get("set_ups"):
+        return f"{one['machine']}, {counted(int(one['set_ups']), 'set-up')}"
     return f"{one['machine']} and {one['second']}" if one["second"] else one["machine"]
 
 

@@ -37,7 +37,7 @@ from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import ifc_to_map
 from bimvox.site.means import Means
 from bimvox.site.trial import Trial, Tried
-from bimvox_pipeline.studio.setup import Setup, read_setup, setup_of, with_setup
+from bimvox_pipeline.studio.setup import Setup, read_setup, set_ups_of, setup_of, with_setup
 
 SITE_SUFFIX = ".site.toml"
 _MOST_POINTS = 2000
@@ -128,10 +128,11 @@ class Opened(PlacedSite):
         cranes = cranes_of(config)
         means, by_crane = {**self.means, **wanted.means}, Means.CRANE.value
         lifts = np.tile([means[name] == by_crane for name in self._rows], (len(cranes), 1))
-        names = [crane.name for crane in cranes]
+        names = [one.name for one in set_ups_of(config) or cranes]
         for name, entry in self.entries.items():
-            if entry.crane in names and name in self._rows:
-                lifts[[crane != entry.crane for crane in names], self._rows[name]] = False
+            own = entry.setup if config.moves else entry.crane
+            if own in names and name in self._rows:
+                lifts[[crane != own for crane in names], self._rows[name]] = False
         return _tried(self.trial.of(config, cranes, lifts), list(self._rows), config, cranes)
 
     def picture(self, wanted: Setup, turn_deg: float, size_px: tuple[int, int]) -> tuple[bytes, list[list[float]]]:
@@ -190,6 +191,7 @@ class Opened(PlacedSite):
             ],
             "kinds": [row.to_dict() for row in self.kinds],
             "setup": self.setup_document,
+            "moves": self.config.moves,
             "ground_why": ground_why(self.config, self.building),
             "machines": [
                 {
@@ -222,12 +224,6 @@ def open_site(path: Path) -> Opened:
     """
     content = read_site_file(path)
     given = load_site_config(path, content)
-    if given.moves:
-        raise InputError(
-            f"{path}: its crane moves between {len(given.cranes)} set-ups, which neither the studio shows nor `bimvox "
-            "optimise` chooses yet",
-            hint="edit [[crane.setup]] in the file; bimvox render SITE -o drawing.svg draws it",
-        )
     building = read_building(given.model.path, given.read_options)
     return Opened(complete_config(given, building), building, path, content, given)
 

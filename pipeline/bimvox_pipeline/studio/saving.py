@@ -19,7 +19,7 @@ from bimvox.bim.kinds.kind import OUT, Correction
 from bimvox.bim.read import read_building
 from bimvox.errors import ConfigError, FileError
 from bimvox.files import write_atomically
-from bimvox.site.config.crane import CraneConfig
+from bimvox.site.config.crane import CraneConfig, SetUpConfig
 from bimvox.site.config.file import load_site_config
 from bimvox.site.config.site_config import KindConfig, SiteConfig
 from bimvox.site.config.template import site_toml
@@ -202,6 +202,8 @@ class _ToFile:
 
 def _cranes(document: Any, opened: Opened, config: SiteConfig, wanted: Setup, to_file: _ToFile) -> list[str]:
     """Write the tables of the cranes that differ; return their keys."""
+    if config.moves or opened.config.moves:
+        return _moving(document, opened, config, to_file)
     origins = origins_of(opened.setup.cranes, wanted.cranes)
     if not opened.given.cranes:
         origins = [None] * len(origins)
@@ -232,9 +234,33 @@ def _cranes(document: Any, opened: Opened, config: SiteConfig, wanted: Setup, to
     return changed
 
 
+def _moving(document: Any, opened: Opened, config: SiteConfig, to_file: _ToFile) -> list[str]:
+    """Write the crane's table if it moves or moved: of set-ups, what differs; otherwise all of it."""
+    was, crane = opened.config.crane, config.crane
+    assert isinstance(was, CraneConfig)
+    assert isinstance(crane, CraneConfig)
+    alike = was.model_copy(update={"setup": crane.setup}) == crane and len(was.setup) == len(crane.setup)
+    if not alike or not crane.setup:
+        document["crane"] = _table(_crane_values(crane, to_file))
+        return ["crane"]
+    changed = []
+    for number, (old, new) in enumerate(zip(was.setup, crane.setup, strict=True)):
+        values, before = _set_up_values(new, to_file), _set_up_values(old, to_file)
+        for key in (key for key in values if values[key] != before.get(key)):
+            document["crane"]["setup"][number][key] = _item(values[key])
+            changed.append(f"crane.setup[{number}].{key}")
+    return changed
+
+
+def _set_up_values(one: SetUpConfig, to_file: _ToFile) -> dict[str, Any]:
+    return _plain(one) | {"base_m": to_file.point(one.base_m)}
+
+
 def _crane_values(crane: CraneConfig, to_file: _ToFile) -> dict[str, Any]:
     """Return the values of a crane's table, its place as in the file."""
-    return _plain(crane) | ({} if crane.base_m is None else {"base_m": to_file.point(crane.base_m)})
+    values = _plain(crane) | ({} if crane.base_m is None else {"base_m": to_file.point(crane.base_m)})
+    setup = [_set_up_values(one, to_file) for one in crane.setup]
+    return {key: value for key, value in values.items() if key != "setup"} | ({"setup": setup} if setup else {})
 
 
 def _crane(table: Any, was: CraneConfig, crane: CraneConfig, to_file: _ToFile) -> list[str]:
@@ -347,6 +373,8 @@ def _tidy(value: float) -> float:
 def _item(value: Any) -> Any:
     if isinstance(value, Mapping):
         return _table(value)
+    if isinstance(value, list | tuple) and value and isinstance(value[0], Mapping):
+        return _tables(value)
     if isinstance(value, list | tuple):
         return _array(value)
     return value

@@ -14,7 +14,7 @@ from bimvox.crane.reach import standing
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
 from bimvox.site.catalogue import machines_called, own_machines
-from bimvox.site.config.crane import CraneConfig, LuffingConfig
+from bimvox.site.config.crane import CraneConfig, LuffingConfig, SetUpConfig
 from bimvox.site.config.site_config import ComponentConfig, KindConfig, Polygon, SiteConfig, ZoneConfig
 from bimvox.site.config.validation import Number, first_finding
 from bimvox.site.machine import cranes_of, machine_config
@@ -29,7 +29,7 @@ class _Part(BaseModel):
 
 
 class CraneSetup(_Part):
-    """A crane: its machine, and where and how it stands."""
+    """A crane, or one set-up of a crane that moves: its machine, and where and how it stands."""
 
     name: str | None = None
     machine: str | None = None
@@ -106,8 +106,11 @@ def setup_of(
         means: How each part gets to its place, by id.
         part_kinds: What the parts are of which the site file says it one by one, by id.
     """
+    names = [one.name or "" for one in set_ups_of(config) or config.cranes]
     return {
-        "cranes": [_crane(given, crane) for given, crane in zip(config.cranes, cranes, strict=False)],
+        "cranes": [
+            _crane(name, given, crane) for name, given, crane in zip(names, config.cranes, cranes, strict=False)
+        ],
         "yard": [_points(polygon) for polygon in config.areas.yard or ()],
         "access": [_points(polygon) for polygon in config.areas.access or ()],
         "construction": _points(config.areas.construction or ()),
@@ -126,11 +129,16 @@ def setup_of(
     }
 
 
-def _crane(given: CraneConfig, crane: TowerCrane) -> dict[str, Any]:
+def set_ups_of(config: SiteConfig) -> tuple[SetUpConfig, ...]:
+    """Return the set-ups of a crane that moves; empty if the cranes stay."""
+    return config.crane.setup if isinstance(config.crane, CraneConfig) else ()
+
+
+def _crane(name: str, given: CraneConfig, crane: TowerCrane) -> dict[str, Any]:
     jib = crane.luffing
     height_m = crane.jib_height_m if jib is None else jib.pivot_height_m if crane.kind == "luffing" else None
     return {
-        "name": given.name or "",
+        "name": name,
         "machine": given.machine or crane.machine or crane.name,
         "base_m": [float(value) for value in crane.base_m[:2]],
         "height_m": height_m,
@@ -174,7 +182,9 @@ def with_setup(
         update["rules"] = config.rules.model_copy(update={"truckload_kg": wanted.truckload_kg})
     if wanted.zones != opened.zones:
         update["zone"] = tuple(_zone(n, zone) for n, zone in enumerate(wanted.zones, start=1))
-    if wanted.cranes != opened.cranes:
+    if wanted.cranes != opened.cranes and isinstance(config.crane, CraneConfig) and config.moves:
+        update["crane"] = _elsewhere(config.crane, opened.cranes, wanted.cranes)
+    elif wanted.cranes != opened.cranes:
         cranes = _cranes(config, opened.cranes, wanted.cranes, hook_height_m)
         update["crane"] = cranes if isinstance(config.crane, tuple) or len(cranes) > 1 else cranes[0]
     if wanted.kinds is not None and wanted.kinds != opened.kinds:
@@ -226,6 +236,21 @@ def origins_of(opened: Sequence[CraneSetup], wanted: Sequence[CraneSetup]) -> li
     found = [names.index(crane.name) if crane.name in names else None for crane in wanted]
     left = [n for n, name in enumerate(names) if n not in found and (not name or len(opened) == len(wanted))]
     return [left.pop(0) if origin is None and left else origin for origin in found]
+
+
+def _elsewhere(crane: CraneConfig, opened: Sequence[CraneSetup], wanted: Sequence[CraneSetup]) -> CraneConfig:
+    """Return the table of a crane that moves, its set-ups in other places and with other booms."""
+    free = {"base_m": None, "jib_m": None}
+    if [one.model_copy(update=free) for one in wanted] != [one.model_copy(update=free) for one in opened]:
+        raise InputError(
+            "only places and booms of set-ups are changed here",
+            hint="edit [crane] and [[crane.setup]] in the site file",
+        )
+    found = []
+    for own, old, new in zip(crane.setup, opened, wanted, strict=True):
+        boom = {"boom_m": new.jib_m} if new.jib_m not in (old.jib_m, None) else {}
+        found.append(own.model_copy(update={"base_m": (*new.base_m, *own.base_m[2:]), **boom}))
+    return crane.model_copy(update={"setup": tuple(found)})
 
 
 def _cranes(

@@ -58,6 +58,8 @@ def _state_of(config: SiteConfig, model_sha256: str, obstructions: Iterable[Bloc
     for crane in cranes:
         if crane is not None:
             crane["base_m"] = _rounded(crane["base_m"])
+            for place in crane["setup"]:
+                place["base_m"] = _rounded(place["base_m"])
     values["crane"] = cranes
     files = sorted(config.machine_files.items())
     made = {

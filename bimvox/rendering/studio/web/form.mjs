@@ -69,7 +69,7 @@ export class Form {
       group("ground", "Ground", this.ground()),
       ...app.setup.cranes.map((crane, n) => group(`cranes/${n}`, craneName(crane, n, several), this.crane(n))),
       ...areas,
-      el("div", { class: "links" }, el("button", { type: "button", "data-key": "add-crane", onclick: () => this.addCrane() }, "Add a crane"), adding("add-yard", "Add a yard", () => withArea(app.setup, "yard", app.drawing.view.centre)), adding("add-access", "Add an access", () => withArea(app.setup, "access", app.drawing.view.centre, "", [12, 4])), adding("add-zone", "Add a zone", () => withArea(app.setup, "zones", app.drawing.view.centre)), adding("add-box", "Add an obstruction", () => withObstruction(app.setup, app.drawing.view.centre))),
+      el("div", { class: "links" }, app.opened.moves ? null : el("button", { type: "button", "data-key": "add-crane", onclick: () => this.addCrane() }, "Add a crane"), adding("add-yard", "Add a yard", () => withArea(app.setup, "yard", app.drawing.view.centre)), adding("add-access", "Add an access", () => withArea(app.setup, "access", app.drawing.view.centre, "", [12, 4])), adding("add-zone", "Add a zone", () => withArea(app.setup, "zones", app.drawing.view.centre)), adding("add-box", "Add an obstruction", () => withObstruction(app.setup, app.drawing.view.centre))),
     );
     if (key) this.body.querySelector(`[data-key="${CSS.escape(key)}"]`)?.focus();
   }
@@ -123,13 +123,14 @@ export class Form {
     return el(
       "div",
       { class: "fields" },
-      this.select(`crane-${n}-machine`, "Machine", options, (setup) => setup.cranes[n].machine ?? "", (value) => change({ machine: value, jib_m: null, falls: null, height_m: null }, "machine")),
+      // Of a crane that moves, the machine is one for all set-ups: the site file says it.
+      app.opened.moves ? el("p", { class: "about" }, `${machine?.label ?? crane.machine}; a set-up of the crane that moves`) : this.select(`crane-${n}-machine`, "Machine", options, (setup) => setup.cranes[n].machine ?? "", (value) => change({ machine: value, jib_m: null, falls: null, height_m: null }, "machine")),
       machine?.jibs_m.length ? this.select(`crane-${n}-jib`, machine.kind === "mobile" ? "Boom" : "Jib", numbers(machine.jibs_m, crane.jib_m, (value) => `${value} m`), (setup) => text(setup.cranes[n].jib_m), (value) => change({ jib_m: of(value) }, "jib")) : null,
-      machine?.falls.length ? this.select(`crane-${n}-falls`, "Falls", numbers(machine.falls, crane.falls, (value) => String(value)), (setup) => text(setup.cranes[n].falls), (value) => change({ falls: of(value) }, "falls")) : null,
+      machine?.falls.length && !app.opened.moves ? this.select(`crane-${n}-falls`, "Falls", numbers(machine.falls, crane.falls, (value) => String(value)), (setup) => text(setup.cranes[n].falls), (value) => change({ falls: of(value) }, "falls")) : null,
       // A machine of another kind stands as high as the server says until a height is typed.
       machine?.kind === "mobile" || (!machine && !crane.height_m) ? null : this.number(`crane-${n}-height`, "Jib height, m", (setup) => setup.cranes[n].height_m ?? app.answer?.cranes[n]?.height_m, (value) => change({ height_m: value }, "jib height"), (value) => (value > 0 ? null : "The jib height must be above 0 m.")),
       this.pair(`cranes/${n}`, (setup) => setup.cranes[n].base_m, (at) => change({ base_m: at }, "place of the crane")),
-      app.setup.cranes.length > 1 ? el("div", {}, el("button", { type: "button", "data-key": `crane-${n}-remove`, onclick: () => app.change(withoutCrane(app.setup, n), "crane removed") }, "Remove this crane")) : null,
+      app.setup.cranes.length > 1 && !app.opened.moves ? el("div", {}, el("button", { type: "button", "data-key": `crane-${n}-remove`, onclick: () => app.change(withoutCrane(app.setup, n), "crane removed") }, "Remove this crane")) : null,
     );
   }
 
