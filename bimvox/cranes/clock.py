@@ -248,7 +248,7 @@ def always_obstructed(site: Site, carried: Sequence[Carried]) -> dict[str, str]:
     result = {}
     for one in carried:
         for number in at_work:
-            met = None if number == one.crane else _met_everywhere(site, one, number)
+            met = None if number in (one.crane, one.other) else _met_everywhere(site, one, number)
             if met is not None:
                 own, other = site.cranes[one.crane].name, site.cranes[number].name
                 result[site.components[one.lift.component].id] = (

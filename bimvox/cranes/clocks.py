@@ -94,6 +94,7 @@ class Clocks:
         self._set_ns: dict[int, int] = {}
         self._released_ns: dict[int, int] = {}
         self._tracks: dict[int, CraneTrack] = {}
+        self._of_two = frozenset(one.lift.order for one in lifts if one.other is not None)
         self._free: dict[tuple[Any, ...], _Free] = {}
         for number, crane in enumerate(plan.site.cranes):
             own = [one for one in lifts if one.crane == number]
@@ -277,39 +278,80 @@ class Clocks:
         return Way(order, self.cranes, self._raised_ns[order], motion.set_ns + late_ns, motion.released_ns + late_ns)
 
     def lift(self, crane: CraneClock, one: CraneLift) -> Way | None:
-        """Schedule the hook's leg to the part if it is not there, and the lift; return None if it is not possible."""
-        if not self._to_part(crane):
+        """Schedule the hook's leg to the part if it is not there, and the lift; return None if it is not possible.
+
+        If two cranes carry the part, both of them go there, and both carry it at the same time.
+        """
+        halves = [(crane, one)]
+        if one.other is not None:
+            second = self.of(one.other)
+            if second.next is None or second.next.lift is not one.lift:
+                return None
+            halves.append((second, second.next))
+        if not self._all_to_part([own for own, _ in halves]):
             return None
         order, carry = one.lift.order, one.carry
         earlier = [n for n in self._released_ns if n < order]
         assert one.lift.place is not None
         delivery = one.lift.place.delivery
         first_ns = max(
-            [crane.free_ns, self._ready_ns, self._set_after_ns(order) - carry.set_ns]
+            [own.free_ns for own, _ in halves]
+            + [self._ready_ns, self._set_after_ns(order) - carry.set_ns]
             + [self._raised_ns[n] for n in earlier]
             + [self._released_ns[n] for n in earlier if order in self._may_pause or self._deliveries[n] < delivery]
+            + [self._released_ns[n] for n in earlier if one.other is not None or n in self._of_two]
         )
-        start_ns = self._first_free(crane, one.track, first_ns)
+        start_ns = self._first_free_of(halves, first_ns)
         if start_ns is None:
             return None
-        crane.tracks.append(one.track.later(start_ns))
-        crane.ends_ns.append(start_ns + carry.end_ns)
-        crane.starts_ns.append(start_ns)
-        crane.done += 1
-        crane.at = "set"
+        for own, half in halves:
+            own.tracks.append(half.track.later(start_ns))
+            own.ends_ns.append(start_ns + carry.end_ns)
+            own.starts_ns.append(start_ns)
+            own.done += 1
+            own.at = "set"
         return Way(order, self.cranes, start_ns + carry.raised_ns, start_ns + carry.set_ns, start_ns + carry.end_ns)
 
+    def _all_to_part(self, cranes: Sequence[CraneClock]) -> bool:
+        """Move cranes to the part that they lift next, in the order in which it is possible; return whether it is."""
+        waiting = list(cranes)
+        while waiting:
+            there = next((own for own in waiting if self._to_part(own)), None)
+            if there is None:
+                return False
+            waiting.remove(there)
+        return True
+
+    def _first_free_of(self, halves: Sequence[tuple[CraneClock, CraneLift]], first_ns: int) -> int | None:
+        """Return the first start at which a lift has no conflict with cranes that do not carry its part."""
+        together = [own for own, _ in halves]
+        start_ns: int | None = first_ns
+        tried_ns = None
+        while start_ns is not None and start_ns != tried_ns:  # free with one crane, the other one may meet something
+            tried_ns = start_ns
+            for own, half in halves:
+                if start_ns is not None:
+                    start_ns = self._first_free(own, half.track, start_ns, None, together)
+        return start_ns
+
     def _first_free(
-        self, crane: CraneClock, track: CraneTrack, first_ns: int, latest_ns: int | None = None
+        self,
+        crane: CraneClock,
+        track: CraneTrack,
+        first_ns: int,
+        latest_ns: int | None = None,
+        besides: Sequence[CraneClock] = (),
     ) -> int | None:
         """Return the first start at which a track, and the position at its end, have no conflict; None if none has.
 
-        What is found is kept: the ways around each other have many such searches in common.
+        What is found is kept: the ways around each other have many such searches in common. Cranes that carry the same
+        part (``besides``) are not looked at: they keep apart whenever they start.
         """
-        others = [other for other in self.cranes if other is not crane]
+        others = [other for other in self.cranes if other is not crane and other not in besides]
         until_ns = max((other.free_ns for other in others), default=0)
         tracks = (track, *(one for other in others for one in other.known_by(first_ns)))
-        key = (crane.number, first_ns, latest_ns, until_ns, *((id(one.spans), one.start_ns) for one in tracks))
+        which = ((id(one.spans), one.start_ns) for one in tracks)
+        key = (crane.number, first_ns, latest_ns, until_ns, len(others), *which)
         found = self._free.get(key)
         if found is None:
             if len(self._free) >= _KEPT:

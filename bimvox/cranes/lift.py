@@ -118,6 +118,7 @@ class Carried:
         track: Where the crane may be during the carry.
         hooked_rad: Slewing angle at which its part is hooked on.
         left_rad: Slewing angle at which its slings are off.
+        other: Number of the crane that carries the part together with it; None if it does so alone.
     """
 
     lift: Lift
@@ -125,6 +126,7 @@ class Carried:
     track: CraneTrack
     hooked_rad: float
     left_rad: float
+    other: int | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,6 +165,8 @@ class CraneLift:
         leaves: Legs to a parking place after the crane's last lift.
         starts_there: Whether the crane can wait over the part from the start of the clock.
         every_parking: Makes all parking places that can be found, these first, with legs between them.
+        other: Number of the crane that carries the part together with it; None if it does so alone.
+        is_second: Whether it is the second crane of a part that two carry.
     """
 
     lift: Lift
@@ -175,6 +179,8 @@ class CraneLift:
     leaves: tuple[Leg, ...] = ()
     starts_there: bool = True
     every_parking: Callable[[], tuple[Parking, ...]] | None = None
+    other: int | None = None
+    is_second: bool = False
 
 
 # Where a crane may be during a lift and where it waits, for its separation from others: bounds that include braking.
@@ -255,6 +261,15 @@ def carrying_track(
             if until_ns > max(from_ns, first_ns)
         ]
     )
+
+
+def bare_track(site: Site, crane: TowerCrane, motion: LiftMotion) -> CraneTrack:
+    """Return where a crane may be during a lift, from hook-on on, with nothing on its hook: without the load.
+
+    The load that two cranes share is no obstacle for the other one; jibs, ropes and hooks are.
+    """
+    time_ns, axes = motion.samples()
+    return _track(crane_for(site, crane, None), _empty(site, crane), time_ns, axes)
 
 
 def _empty(site: Site, crane: TowerCrane) -> _Hung:

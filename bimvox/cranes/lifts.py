@@ -10,23 +10,35 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from bimvox.crane.conflict import COLUMNS, SLEW_HIGH, SLEW_LOW, CraneTrack
+from bimvox.crane.conflict import COLUMNS, SLEW_HIGH, SLEW_LOW, CraneTrack, first_conflict
+from bimvox.crane.outline import outline_of
 from bimvox.cranes.clock import insist_on_room
 from bimvox.cranes.legs import CraneStart, LastLift, LegMaker, legs_from_there
-from bimvox.cranes.lift import Carried, CraneLift, Leg, Legs, Parking, carrying_track
+from bimvox.cranes.lift import (
+    Carried,
+    CraneLift,
+    Leg,
+    Legs,
+    NoFreeTimeError,
+    Parking,
+    bare_track,
+    carrying_track,
+)
 from bimvox.errors import MotionError
 from bimvox.motion.time_plan import each_by_itself
 from bimvox.motion.trajectories import turned
 from bimvox.planning.assembly import Assembly
 from bimvox.planning.preparation import Preparation
 from bimvox.records.lift import Lift, LiftPlan, Status
-from bimvox.records.motion import LiftMotion
+from bimvox.records.motion import LiftMotion, by_each_crane
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.site import Site
+from bimvox.site.tandem import cranes_of, has_tandems, seen_by
 from bimvox.walk import Shared, Store, Walk
 from bimvox.workers import ALONE, Workers
 
@@ -61,21 +73,45 @@ def crane_lifts(
     begun = {order: motion for start in starts.values() for order, motion in start.motions.items()}
     made = {motion.order: motion for motion in each_by_itself(plan, preparation, store, workers, begun)} | begun
     planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
-    carries = [made[lift.order] for lift in planned]
+    pairs = [(lift, carry) for lift in planned for carry in by_each_crane([made[lift.order]])]
+    carries = [carry for _, carry in pairs]
     carried = [
         store.once(store.key("carried", lift, carry), partial(_carried, plan.site, lift, carry))
-        for lift, carry in zip(planned, carries, strict=True)
+        for lift, carry in pairs
     ]
+    _insist_that_two_fit(plan.site, pairs)
     insist_on_room(plan.site, [one for one in carried if one.lift.order not in begun])
     making = _LegMaking(plan, preparation, starts)
     legs = making.all(carried, store, workers)
-    return tuple(_one_after_another(carries, carried, legs, begun, partial(making.every_parking, carried)))
+    return tuple(_one_after_another(plan.site, carries, carried, legs, begun, partial(making.every_parking, carried)))
 
 
 def _carried(site: Site, lift: Lift, carry: LiftMotion) -> Carried:
-    number = site.components[lift.component].crane
-    track = carrying_track(site, site.cranes[number], lift, carry)
-    return Carried(lift, number, track, float(carry.raising.slew_rad[0]), float(carry.loaded.slew_rad[-1]))
+    number, cranes = carry.crane, cranes_of(site.components[lift.component])
+    track = carrying_track(seen_by(site, number), site.cranes[number], lift, carry)
+    ends_rad = float(carry.raising.slew_rad[0]), float(carry.loaded.slew_rad[-1])
+    return Carried(lift, number, track, *ends_rad, next((one for one in cranes if one != number), None))
+
+
+def _insist_that_two_fit(site: Site, pairs: Sequence[tuple[Lift, LiftMotion]]) -> None:
+    """Raise an error if the jibs, ropes or hooks of two cranes that carry a part together come too near to each other.
+
+    Raises NoFreeTimeError: names the part.
+    """
+    for (lift, one), (other_lift, other) in pairwise(pairs):
+        if lift is not other_lift:
+            continue
+        names = [site.cranes[half.crane].name for half in (one, other)]
+        tracks = [bare_track(site, site.cranes[half.crane], half) for half in (one, other)]
+        outlines = (outline_of(site.cranes[one.crane]), outline_of(site.cranes[other.crane]))
+        met = first_conflict(outlines, tracks[0], tracks[1], site.rules.crane_separation_m)
+        if met is not None:
+            raise NoFreeTimeError(
+                site.components[lift.component].id,
+                f"{names[0]} and {names[1]} cannot carry it together: the {met.parts[0]} of {names[0]} would come "
+                f"within {met.distance_m:.1f} m of the {met.parts[1]} of {names[1]}, {met.needed_m:g} m are needed",
+                hint="put the cranes further apart or at other heights, or store it elsewhere ([[component]] start)",
+            )
 
 
 class _Stand:
@@ -93,11 +129,13 @@ class _Sought(NamedTuple):
 
     Attributes:
         order: Its order.
+        crane: Number of the crane whose legs they are.
         seen: This lift, and the others that its legs depend on, in order.
         every_place: Whether all parking places are wanted.
     """
 
     order: int
+    crane: int
     seen: tuple[Carried, ...]
     every_place: bool = False
 
@@ -139,37 +177,39 @@ class _LegMaking(Walk[_Stand, _Sought, "Legs | MotionError"]):
     @cached_property
     def _last(self) -> Mapping[int, int]:
         """By crane, the order of its last lift."""
-        return {self._crane(lift): lift.order for lift in self.plan.lifts if lift.status is Status.PLANNED}
+        planned = [lift for lift in self.plan.lifts if lift.status is Status.PLANNED]
+        return {crane: lift.order for lift in planned for crane in self._cranes(lift)}
 
     @cached_property
     def _lying(self) -> Shared:
         """How all parts lie or are set."""
         return Shared(tuple((one.component, one.status, one.by_other_means, one.place) for one in self.plan.lifts))
 
-    def _crane(self, lift: Lift) -> int:
-        return self.plan.site.components[lift.component].crane
+    def _cranes(self, lift: Lift) -> tuple[int, ...]:
+        return cranes_of(self.plan.site.components[lift.component])
 
-    def all(self, carried: Sequence[Carried], store: Store, workers: Workers) -> dict[int, Legs]:
-        """Return the legs by order of their lifts.
+    def all(self, carried: Sequence[Carried], store: Store, workers: Workers) -> dict[tuple[int, int], Legs]:
+        """Return the legs by order of their lifts, and crane.
 
         Raises MotionError: if the hook cannot get to a part; names the first such lift.
         """
         sought = [
-            _Sought(one.lift.order, tuple(carried[m] for m in seen))
+            _Sought(one.lift.order, one.crane, tuple(carried[m] for m in seen))
             for one, seen in zip(carried, self._seen(carried), strict=True)
             if one.lift.order not in self.begun or self._leaves(one)
         ]
-        by_order = dict[int, Legs]()
+        by_order = dict[tuple[int, int], Legs]()
         for one, legs in zip(sought, self.results(sought, store, workers), strict=True):
             if isinstance(legs, MotionError):
                 raise legs
-            by_order[one.order] = legs
+            by_order[one.order, one.crane] = legs
         return by_order
 
-    def every_parking(self, carried: Sequence[Carried], order: int) -> tuple[Parking, ...]:
-        """Return all parking places on the way to a lift, with legs between them."""
-        seen = next(seen for one, seen in zip(carried, self._seen(carried), strict=True) if one.lift.order == order)
-        (legs,) = self.steps([_Sought(order, tuple(carried[n] for n in seen), every_place=True)])
+    def every_parking(self, carried: Sequence[Carried], order: int, crane: int) -> tuple[Parking, ...]:
+        """Return all parking places of a crane on the way to a lift, with legs between them."""
+        every = zip(carried, self._seen(carried), strict=True)
+        seen = next(seen for one, seen in every if (one.lift.order, one.crane) == (order, crane))
+        (legs,) = self.steps([_Sought(order, crane, tuple(carried[n] for n in seen), every_place=True)])
         assert isinstance(legs, Legs)
         return legs.parkings
 
@@ -181,11 +221,13 @@ class _LegMaking(Walk[_Stand, _Sought, "Legs | MotionError"]):
         """Set the part of a lift, or leave it in the yard; its rule is kept if its crane goes on from there."""
         lift = self.plan.lifts[turn]
         state.assembly.skip(lift.component)
-        between = self.plan.lifts[turn + 1 : until]
-        is_last = not any(one.status is Status.PLANNED and self._crane(one) == self._crane(lift) for one in between)
+        between = [one for one in self.plan.lifts[turn + 1 : until] if one.status is Status.PLANNED]
+        busy = {crane for one in between for crane in self._cranes(one)}
+        is_last = not busy.issuperset(self._cranes(lift))
         if turn == max(self.begun, default=-1) or (lift.status is Status.PLANNED and is_last):
             space = self._space_of(state.assembly, lift) if state.here is None else state.here
-            state.spaces[self._crane(lift)] = space
+            for crane in self._cranes(lift):
+                state.spaces[crane] = space
             if turn in self.begun:
                 state.since = lift, space
         state.here = None
@@ -198,13 +240,13 @@ class _LegMaking(Walk[_Stand, _Sought, "Legs | MotionError"]):
     def read(self, task: _Sought) -> tuple[object, ...]:
         """Return the lifts that its legs depend on, how all parts lie, and from where cranes continue."""
         starts = tuple(start for _, start in sorted(self.starts.items()))
-        leaves = [self._leaves(one) for one in task.seen if one.lift.order == task.order]
+        leaves = [self._leaves(one) for one in task.seen if (one.lift.order, one.crane) == (task.order, task.crane)]
         return task, self._lying, starts, leaves
 
     def step(self, state: _Stand, task: _Sought) -> Legs | MotionError:
         """Return the legs to a lift."""
-        order, seen, every_place = task
-        own = next(one for one in seen if one.lift.order == order)
+        order, crane, seen, every_place = task
+        own = next(one for one in seen if (one.lift.order, one.crane) == (order, crane))
         earlier = [one for one in seen if one.lift.order < order]
         last = {one.crane: one for one in earlier}
         state.assembly.skip(own.lift.component)
@@ -252,7 +294,12 @@ class _LegMaking(Walk[_Stand, _Sought, "Legs | MotionError"]):
         self, own: Carried, between: Sequence[Carried], near: Sequence[Carried], *, every_place: bool = False
     ) -> LegMaker:
         assert own.lift.place is not None
-        return LegMaker(self.plan, own.crane, own.lift, own.lift.place, between, near, every_place=every_place)
+        plan = (
+            self.plan
+            if not has_tandems(self.plan.site)
+            else replace(self.plan, site=seen_by(self.plan.site, own.crane))
+        )
+        return LegMaker(plan, own.crane, own.lift, own.lift.place, between, near, every_place=every_place)
 
     def _space_of(self, assembly: Assembly, lift: Lift) -> CollisionSpace:
         if lift.order in self.begun:  # its last moves are not cleared: it has left them, or it is on them
@@ -261,17 +308,18 @@ class _LegMaking(Walk[_Stand, _Sought, "Legs | MotionError"]):
 
 
 def _one_after_another(
+    site: Site,
     carries: Sequence[LiftMotion],
     carried: Sequence[Carried],
-    found: Mapping[int, Legs],
+    found: Mapping[tuple[int, int], Legs],
     begun: Collection[int],
-    every_parking: Callable[[int], tuple[Parking, ...]],
+    every_parking: Callable[[int, int], tuple[Parking, ...]],
 ) -> Iterator[CraneLift]:
     """Yield the lifts, with whole turns added so that each begins where its crane's lift before ends."""
     turns: dict[int, int] = {}
     for carry, one in zip(carries, carried, strict=True):
         order, before = one.lift.order, turns.get(one.crane, 0)
-        legs = found.get(order, Legs(None, None, (), one.hooked_rad))
+        legs = found.get((order, one.crane), Legs(None, None, (), one.hooked_rad))
         now = 0 if order in begun else before + round((legs.hooked_rad - one.hooked_rad) / (2.0 * np.pi))
         turns[one.crane] = now
         yield CraneLift(
@@ -284,12 +332,16 @@ def _one_after_another(
             _turned_track(one.track, now),
             tuple(_turned(leg, now) for leg in legs.leaves),
             legs.starts_there,
-            partial(_every_parking, every_parking, order, before),
+            partial(_every_parking, every_parking, order, one.crane, before),
+            one.other,
+            one.other is not None and one.crane != site.components[one.lift.component].crane,
         )
 
 
-def _every_parking(make: Callable[[int], tuple[Parking, ...]], order: int, turns: int) -> tuple[Parking, ...]:
-    return _turned_parkings(make(order), turns)
+def _every_parking(
+    make: Callable[[int, int], tuple[Parking, ...]], order: int, crane: int, turns: int
+) -> tuple[Parking, ...]:
+    return _turned_parkings(make(order, crane), turns)
 
 
 def _turned_leg(leg: Leg | None, turns: int) -> Leg | None:

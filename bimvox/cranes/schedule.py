@@ -9,7 +9,8 @@ keep the assumptions of each lift true at every moment:
 * R3: a part of a later delivery is hooked on after all parts of earlier deliveries are set and their slings are off;
 * R4: the cranes keep their separation at every moment, also if they brake from there (``bimvox.crane.conflict``);
 * R5: a part that rests on work that the crane does not do is hooked on after all earlier parts of the sequence are set
-  and their slings are off: until that work carries, the cranes may pause then.
+  and their slings are off: until that work carries, the cranes may pause then;
+* R6: while two cranes carry a part together, no other part is lifted.
 
 Lifts are scheduled one by one in sequence. Each gets the first time (in steps of some seconds) at which it obeys the
 rules against everything scheduled for the other cranes, and against their positions afterwards. A crane that has
@@ -33,6 +34,7 @@ from bimvox.motion.trajectories import delayed, delayed_phases, one_after_anothe
 from bimvox.planning.preparation import Preparation
 from bimvox.records.lift import Lift, LiftPlan
 from bimvox.records.motion import LiftMotion, Phase, PhaseName, Trajectory
+from bimvox.site.site import Site
 from bimvox.walk import Store
 from bimvox.workers import ALONE, Workers
 
@@ -89,7 +91,10 @@ class _Schedule:
     ) -> None:
         self.site, self.clocks = plan.site, Clocks(plan, lifts, begun, resumed, ready_ns)
         begun_orders = {order for one in self.clocks.cranes for order in one.motions}
-        self.turns: list[Turn] = [*resumed, *(one for one in lifts if one.lift.order not in begun_orders)]
+        self.turns: list[Turn] = [
+            *resumed,
+            *(one for one in lifts if one.lift.order not in begun_orders and not one.is_second),
+        ]
 
     def run(self) -> tuple[LiftMotion, ...]:
         """Return the motions of all lifts, scheduled."""
@@ -105,7 +110,7 @@ class _Schedule:
             if not (self._best_way(n) or self._with_every_place(n)):
                 raise self._never(clocks.of(turn.crane), turn.lift)
         motions = [motion for crane in clocks.cranes for motion in _motions_of(crane)]
-        return tuple(sorted(motions, key=lambda motion: motion.order))
+        return together(self.site, motions)
 
     def _best_way(self, number: int) -> bool:
         """Continue with a lift in the way with which the next ones end first; return whether there is a way."""
@@ -175,9 +180,10 @@ class _Schedule:
     def _take(self, turn: Turn, way: Way) -> None:
         """Continue in a way; the crane moves to its next part at once, if it can."""
         self.clocks.take(way)
-        crane = self.clocks.of(turn.crane)
-        if crane.next is not None and crane.next.early is not None:
-            self.clocks.go(crane, crane.next.early, "pick")
+        second = turn.other if isinstance(turn, CraneLift) else None
+        for crane in [self.clocks.of(number) for number in (turn.crane, second) if number is not None]:
+            if crane.next is not None and crane.next.early is not None:
+                self.clocks.go(crane, crane.next.early, "pick")
 
     def _never(self, crane: CraneClock, lift: Lift) -> NoFreeTimeError:
         component = self.site.components[lift.component]
@@ -193,6 +199,16 @@ class _Schedule:
             f"{cranes[crane.number].name} has no free time slot for it alongside the other cranes{reason}",
             hint="put the cranes further apart or at other heights, or give it to another one ([[component]] crane)",
         )
+
+
+def together(site: Site, motions: Sequence[LiftMotion]) -> tuple[LiftMotion, ...]:
+    """Return the motions of all cranes by lift, in order; of two that carry a part, the first holds the second."""
+    seconds = {one.order: one for one in motions if one.crane != site.components[one.component].crane}
+    firsts = (one for one in motions if one.crane == site.components[one.component].crane)
+    return tuple(
+        replace(one, second=seconds[one.order]) if one.order in seconds else one
+        for one in sorted(firsts, key=lambda motion: motion.order)
+    )
 
 
 def _motions_of(crane: CraneClock) -> list[LiftMotion]:

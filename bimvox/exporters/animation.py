@@ -19,7 +19,7 @@ from bimvox.log.moving import tracks_of
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.schema import of_crane
 from bimvox.records.lift import Lift, Status, YardPlace
-from bimvox.records.motion import Stay, stays_of
+from bimvox.records.motion import Stay, by_each_crane, stays_of
 from bimvox.records.steps import needed_by_ns
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.page.motions import keyframes
@@ -154,7 +154,7 @@ def _appears(writer: _GltfWriter, node: int, arrives_ns: int) -> None:
 
 def _crane(writer: _GltfWriter, log: PlanLog, number: int, crane: TowerCrane) -> None:
     """Add the links and the rope, moved by the axes; the names of further cranes' nodes are numbered."""
-    samples = [motion.samples() for motion in log.motions if motion.crane == number]
+    samples = [motion.samples() for motion in by_each_crane(log.motions) if motion.crane == number]
     if not samples:
         return
     time_ns = np.concatenate([times for times, _ in samples])

@@ -19,6 +19,7 @@ from bimvox.log.plan_log import PlanLog, log_times
 from bimvox.log.recorder import write_log
 from bimvox.records.declared import Maybe, Number, Record
 from bimvox.records.lift import Lift, Status
+from bimvox.records.motion import by_each_crane
 from bimvox.records.plan_dates import PlanDates
 from bimvox.records.track import LoadTrack
 from bimvox.records.unloading import Lorries, UnloadingLift, average, deliveries_of, lorries_of, unloading_lifts
@@ -211,11 +212,14 @@ def _samples(log: PlanLog) -> Iterator[tuple[Lift, list[tuple[Any, ...]]]]:
         if motion is None:
             yield track.lift, [("path", t / 1e9, *xyz, None, None, None, None) for t, xyz in corner.items()]
             continue
-        times, axes = motion.samples()
-        crane = log.plan.site.cranes[motion.crane].name
-        none = (None, None, None)
-        rows = zip(times.tolist(), axes.tolist(), strict=True)
-        yield track.lift, [(motion.phase_name_at(t), t / 1e9, *corner.get(t, none), *at, crane) for t, at in rows]
+        found: list[tuple[Any, ...]] = []
+        for own in by_each_crane([motion]):  # of a part that two cranes carry, the rows of the one, then of the other
+            times, axes = own.samples()
+            crane = log.plan.site.cranes[own.crane].name
+            none = (None, None, None)
+            rows = zip(times.tolist(), axes.tolist(), strict=True)
+            found += [(own.phase_name_at(t), t / 1e9, *corner.get(t, none), *at, crane) for t, at in rows]
+        yield track.lift, found
 
 
 def _lift_records(log: PlanLog, dates: PlanDates | None) -> list[dict[str, Any]]:

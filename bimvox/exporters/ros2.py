@@ -32,6 +32,7 @@ from bimvox.log.plan_log import PlanLog
 from bimvox.log.schema import of_crane
 from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LoadTrack
+from bimvox.site.site import Site
 from bimvox.units import NS_PER_S
 
 _BAG_VERSION = 9
@@ -91,7 +92,14 @@ def _blocks(log: PlanLog) -> Iterator[Block]:
         robot = Cdr(1)
         robot.text(urdf(crane, prefix))
         yield Block(np.array([begins]), (f"/{prefix}robot_description",), np.zeros(1, np.int64), robot.packed())
-    lifts = (_lift(log, track, motions.get(track.lift.order)) for track in tracks)
+    lifts = (
+        block
+        for track in tracks
+        for block in (
+            _lift(log, track, motions.get(track.lift.order)),
+            *_second(site, motions.get(track.lift.order)),
+        )
+    )
     yield from _by_time([*lifts]) if site.has_several_cranes else lifts
 
 
@@ -136,6 +144,25 @@ def _lift(log: PlanLog, track: LoadTrack, motion: LiftMotion | None) -> Block:
     topic = np.concatenate([[_PATH, _TRAJECTORY], np.tile([_STATES, _FRAMES], len(times_ns))])
     time_ns = np.concatenate([[track.start_ns, times_ns[0]], np.repeat(times_ns, 2)])
     return Block(time_ns, _TOPICS, topic, data.picked(order))
+
+
+def _second(site: Site, motion: LiftMotion | None) -> Iterator[Block]:
+    """Yield the messages of the second crane of a lift by two; the load is a child of the site."""
+    if motion is None or motion.second is None:
+        return
+    crane, prefix = site.cranes[motion.second.crane], of_crane("", motion.second.crane)
+    times_ns, axes = motion.second.samples()
+    joints, names = joints_of(crane, axes), tuple(f"{prefix}{name}" for name in joint_names(crane))
+    parts = [
+        _trajectory(times_ns, joints, names),
+        _states(times_ns, joints, names),
+        _frames(times_ns, _chain(crane, joints, prefix)),
+    ]
+    samples = np.arange(len(times_ns))
+    order = np.argsort(np.concatenate([[-1], 2 * samples, 2 * samples + 1]), kind="stable")
+    topic = np.concatenate([[_TRAJECTORY], np.tile([_STATES, _FRAMES], len(times_ns))])
+    time_ns = np.concatenate([times_ns[:1], np.repeat(times_ns, 2)])
+    yield Block(time_ns, _TOPICS, topic, joined(parts).picked(order))
 
 
 def _header(cdr: Cdr, time_ns: ArrayLike, frame: str) -> None:

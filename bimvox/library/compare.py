@@ -34,6 +34,7 @@ from bimvox.site.ground import Ground
 from bimvox.site.means import Means
 from bimvox.site.parts import entries_by_id, first_ids, order_hints, stored_as
 from bimvox.site.site import Blocker, Rules, Site
+from bimvox.site.tandem_choice import tandems_of
 from bimvox.stop.redirect import Held
 
 _SHOWN = 120
@@ -86,7 +87,7 @@ def same_values(check: Check, key: str, found: Any, wanted: Any, source: str) ->
 
 def same_rules(check: Check, found: Rules, wanted: Rules, source: str) -> None:
     """Check each rule, and each of the times by class of work."""
-    several = ("times", "casting", "building", "curing", "props", "two_hooks")
+    several = ("times", "casting", "building", "curing", "props", "two_hooks", "tandem")
     same_fields(check, "rules.", found, wanted, source, but=several)
     for name in several:
         own, other = getattr(found, name), getattr(wanted, name)
@@ -276,16 +277,19 @@ def compare_parts(check: Check, site: Site, config: SiteConfig, building: Buildi
         same(check, f"{part.label}: spans", part.spans, spans, "its parts")
     parts = [replace(part, crane=0) for part in site.components]
     lifted_by = assigned(config, parts, site.cranes, site.yard, site.frame, site.rules)
+    held = tandems_of(config, site)
     # In which set-up of a crane that moves a part is lifted is chosen, unless the file names it; the proof looks at it.
     named = named_cranes(config, parts, site.cranes)
     for part, other in zip(site.components, lifted_by, strict=True):
         check.about = part.id
+        crane, tandem = held.get(part.index, (other.crane, None))
         if not config.moves or part.index in named:
-            same(check, f"{part.label}: crane", part.crane, other.crane, f"what follows from {source}")
+            same(check, f"{part.label}: crane", part.crane, crane, f"what follows from {source}")
+        same(check, f"{part.label}: tandem", part.tandem, tandem, f"what follows from {source}")
     gear = gear_by_crane(config, len(site.cranes))
     for part in site.components if any(gear) else ():
         check.about = part.id
-        has_gear = part.lifting.rig is not None or bool(part.lifting.no_gear)
+        has_gear = part.lifting.rig is not None or bool(part.lifting.no_gear) or part.tandem is not None
         good = has_gear or part.means is not Means.CRANE or gear[part.crane] is None
         check.look(good, f"{part.label}: {source} has gear chosen for it, but it has none")
     check.about = None

@@ -68,7 +68,8 @@ def without_named_crane(site: Site, config: SiteConfig) -> list[str]:
     """Return the ids of a site's components whose crane a site file does not name."""
     key = "setup" if config.moves else "crane"
     named = {entry.global_id for entry in config.component if getattr(entry, key) is not None}
-    return [part.id for part in site.components if named.isdisjoint((part.id, part.global_id))]
+    alone = (part for part in site.components if part.tandem is None)
+    return [part.id for part in alone if named.isdisjoint((part.id, part.global_id))]
 
 
 def with_cranes_of(site: Site, other: Site) -> Site:

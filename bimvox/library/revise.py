@@ -24,6 +24,7 @@ from bimvox.records.proof import Verification
 from bimvox.revision.current_plan import RevisionRequest, current_plan_of
 from bimvox.revision.revise import revise as revised_parts
 from bimvox.site.obstructions.obstruction_set import ObstructionSet
+from bimvox.site.site import Site
 
 
 def revise(plan: Plan, obstructions: ObstructionSet | Path | str, *, progress: Listener = None) -> Plan:
@@ -43,6 +44,7 @@ def revise(plan: Plan, obstructions: ObstructionSet | Path | str, *, progress: L
         ObstructionFileError: If the obstructions cannot be used.
     """
     reporter, plan = progress_of(progress), insist("revise", plan, Plan, "plan")
+    insist_on_no_tandem(plan.site)
     found, files = obstructions_of(obstructions, plan.site, survey_in(plan.record))
     site = obstructed(plan.site, found, reporter)
     preparation = plan.preparation or preparation_in(plan.record.whole_plan)
@@ -56,6 +58,19 @@ def revise(plan: Plan, obstructions: ObstructionSet | Path | str, *, progress: L
     verdict = prove_plan(record, reporter)
     reporter.finish()
     return replace(plan, record=record, verdict=verdict, preparation=preparation)
+
+
+def insist_on_no_tandem(site: Site) -> None:
+    """Raise an error if two cranes carry a part together: such a plan is made as a whole.
+
+    Raises InputError: names the first such part.
+    """
+    part = next((one for one in site.components if one.tandem is not None), None)
+    if part is not None:
+        raise InputError(
+            f"two cranes carry {part.label} together: such a plan is not revised, nor watched or simulated",
+            hint="plan again with the obstructions: bimvox plan --obstructions",
+        )
 
 
 def _next(record: PlanLog, files: dict[str, bytes]) -> PlanLog:

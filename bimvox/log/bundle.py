@@ -167,6 +167,8 @@ def _check(site: Site) -> None:
         _check_mesh(component.mesh, f"{where}.mesh", component.label)
         if component.crane and not 0 <= component.crane < len(site.cranes):
             raise DecodeError(f"{where}.crane: the site has no crane {component.crane}")
+        if component.tandem is not None and not 0 <= component.tandem.second < len(site.cranes):
+            raise DecodeError(f"{where}.tandem: the site has no crane {component.tandem.second}")
         high = np.add(component.target_vox, component.shape.size_vox)
         if min(component.target_vox) < 0 or (high > site.shape).any():
             raise DecodeError(f"{where}.target_vox: outside the grid")

@@ -20,8 +20,9 @@ from bimvox.log.mcap.form import nanoseconds
 from bimvox.log.mcap.reader import Contents
 from bimvox.log.plan_log import LogRate, PlanLog
 from bimvox.proof.space import reference_cells
+from bimvox.proof.tandem import as_crane_sees
 from bimvox.records.lift import Lift
-from bimvox.records.motion import LiftMotion
+from bimvox.records.motion import LiftMotion, by_each_crane
 from bimvox.records.proof import Check
 from bimvox.site.build import with_digests
 from bimvox.site.lifting import crane_for
@@ -164,7 +165,7 @@ def check_commands(contents: Contents, log: PlanLog) -> Check:
         return check
     at_fixed_rate = log.rate is not LogRate.MOTION
     commands = [_commands(contents, topics.of_crane(topics.COMMAND, number)) for number in range(len(site.cranes))]
-    for motion in log.motions:
+    for motion in by_each_crane(log.motions):
         crane = site.cranes[motion.crane]
         time_ns, axes = motion.samples()
         allowed = _allowed_off(axes)
@@ -260,7 +261,7 @@ def _hangs(
 
 def _corners_m(site: Site, motion: LiftMotion, axes: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (N, 3) lowest corner of the reference cell at hook poses with the load level and not turned, metres."""
-    component = site.components[motion.component]
+    component = as_crane_sees(site, motion.crane).components[motion.component]
     crane = crane_for(site, site.cranes[motion.crane], component)
     cells = reference_cells(crane, site.frame, axes, component.hook_line_vox)
     return site.frame.corner_of(cells)
@@ -303,7 +304,7 @@ def check_joint_states(contents: Contents, log: PlanLog) -> Check:
     """Check that joint states are on the motion's axes, and straight lines between them close to all of its samples."""
     check = Check("joint_states", unit="m")
     shown = [_shown(contents, crane, number) for number, crane in enumerate(log.plan.site.cranes)]
-    for motion in log.motions:
+    for motion in by_each_crane(log.motions):
         name, (shown_ns, axes) = f"lift {motion.number}", shown[motion.crane]
         time_ns, wanted = motion.samples()
         # One lift may begin when another ends: of two messages at a border, its own is the one inside.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,6 +110,11 @@ class Driven:
     hung: NDArray[np.float64]
     shown: NDArray[np.bool_]
     load_shown: NDArray[np.bool_]
+
+    def without_load(self) -> Driven:
+        """Return it with nothing on its hook: viewers are shown the load on another crane's."""
+        none = slice(len(self.time_ns), len(self.time_ns))
+        return replace(self, loaded=none, hung=self.hung[:0], load_shown=np.zeros_like(self.load_shown))
 
     @property
     def shown_ns(self) -> NDArray[np.int64]:

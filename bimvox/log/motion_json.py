@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -43,35 +43,42 @@ class _Record:
     crane: int = field(default=0, metadata=SPARSE)
     departure: _Part | None = field(default=None, metadata=SPARSE)
     wind: WindLimit | None = field(default=None, metadata=SPARSE)
+    second: _Record | None = field(default=None, metadata=SPARSE)
 
 
 def motions_to_json(motions: Sequence[LiftMotion]) -> bytes:
     """Return everything about motions except their samples."""
-    records = [
-        _Record(
-            order=motion.order,
-            component=motion.component,
-            start_ns=motion.start_ns,
-            end_ns=motion.end_ns,
-            phases=motion.phases,
-            approach=None if motion.approach is None else _part_of(motion.approach),
-            raising=_part_of(motion.raising),
-            loaded=_part_of(motion.loaded),
-            crane=motion.crane,
-            departure=None if motion.departure is None else _part_of(motion.departure),
-            wind=motion.wind,
-        )
-        for motion in motions
-    ]
-    return lines_of("motions", encode(records, ArrayWriter()))
+    return lines_of("motions", encode([_record(motion) for motion in motions], ArrayWriter()))
+
+
+def _record(motion: LiftMotion) -> _Record:
+    return _Record(
+        order=motion.order,
+        component=motion.component,
+        start_ns=motion.start_ns,
+        end_ns=motion.end_ns,
+        phases=motion.phases,
+        approach=None if motion.approach is None else _part_of(motion.approach),
+        raising=_part_of(motion.raising),
+        loaded=_part_of(motion.loaded),
+        crane=motion.crane,
+        departure=None if motion.departure is None else _part_of(motion.departure),
+        wind=motion.wind,
+        second=None if motion.second is None else _record(motion.second),
+    )
 
 
 def motions_from_json(
-    data: bytes, samples: SamplesByLift, name: str, *, partial: bool = False
+    data: bytes, samples: SamplesByLift, cranes: Sequence[str], name: str, *, partial: bool = False
 ) -> tuple[LiftMotion, ...]:
     """Return the motions of a log.
 
-    ``name``: its source, for messages; ``partial``: leave out motions whose samples were lost.
+    Args:
+        data: The attachment.
+        samples: The samples of every lift.
+        cranes: The names of the site's cranes.
+        name: Its source, for messages.
+        partial: Leave out motions whose samples were lost.
 
     Raises:
         LogFileError: If it is damaged or does not fit the samples.
@@ -81,7 +88,7 @@ def motions_from_json(
         if not isinstance(document, dict):
             document = {}
         records = decode(tuple[_Record, ...], document.get("motions"), ArrayReader({}), "motions")
-        found = (_motion(record, samples.get(record.order, _LOST), partial) for record in records)
+        found = (_motion(record, samples.get(record.order, {}), cranes, partial) for record in records)
         return tuple(motion for motion in found if motion is not None)
     except (ValueError, RecursionError) as error:
         raise LogFileError(name, f"the motions in it cannot be read: {error}") from error
@@ -99,9 +106,17 @@ def _part_of(trajectory: Trajectory) -> _Part:
 _LOST = np.zeros(0, np.int64), np.zeros((0, 3))
 
 
-def _motion(record: _Record, samples: Samples, partial: bool) -> LiftMotion | None:
-    time_ns, axes = samples
-    if len(time_ns) < 2:
+def _motion(record: _Record, of_lift: Mapping[str, Samples], cranes: Sequence[str], partial: bool) -> LiftMotion | None:
+    second = None
+    if record.second is not None:
+        if record.second.second is not None or record.second.order != record.order:
+            raise DecodeError(f"lift {record.order + 1}: the motion of its second crane is of another lift")
+        second = _motion(record.second, of_lift, cranes, partial)
+    own = cranes[record.crane] if 0 <= record.crane < len(cranes) else ""
+    # A lift by one crane has one message, whatever crane that names: the proof compares it.
+    others = tuple(of_lift.values()) if len(of_lift) == 1 and record.second is None else ()
+    time_ns, axes = of_lift.get(own, others[0] if others else _LOST)
+    if len(time_ns) < 2 or (second is None) != (record.second is None):
         if partial:
             return None
         raise DecodeError(f"lift {record.order + 1}: its samples are not all in the log")
@@ -131,6 +146,7 @@ def _motion(record: _Record, samples: Samples, partial: bool) -> LiftMotion | No
         crane=record.crane,
         departure=None if record.departure is None else cut(record.departure),
         wind=record.wind,
+        second=second,
     )
 
 

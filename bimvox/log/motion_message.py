@@ -77,21 +77,21 @@ def motion_message(site: Site, motion: LiftMotion) -> Any:
     )
 
 
-def add_samples(found: dict[int, Samples], data: bytes) -> None:
-    """Add the samples of a message to those by lift order.
+def add_samples(found: dict[int, dict[str, Samples]], data: bytes) -> None:
+    """Add the samples of a message to those by lift order and name of the crane.
 
     Raises:
-        ValueError: If its columns are damaged, or the lift has samples already.
+        ValueError: If its columns are damaged, or that crane has samples of the lift already.
     """
     message = LiftMotionMessage.FromString(data)
-    number = message.lift_order + 1
-    if number - 1 in found:
+    number, own = message.lift_order + 1, found.setdefault(message.lift_order, {})
+    if message.crane in own:
         raise ValueError(f"lift {number} has two motions")
     columns = (message.time_ns, message.slew_rad, message.radius_m, message.height_m)
     if len({len(column) for column in columns}) > 1 or len(columns[0]) % _WORD:
         raise ValueError(f"the columns of the motion of lift {number} differ in length")
     time_ns, *axes = map(_bits_of, columns)
-    found[number - 1] = time_ns.view(np.int64), np.stack(axes, axis=1).view(np.float64)
+    own[message.crane] = time_ns.view(np.int64), np.stack(axes, axis=1).view(np.float64)
 
 
 def column_of(values: NDArray[np.int64] | NDArray[np.float64]) -> bytes:
@@ -111,4 +111,4 @@ def _bits_of(column: bytes) -> NDArray[np.uint64]:
 
 
 _WORD = 8
-SamplesByLift = Mapping[int, Samples]
+SamplesByLift = Mapping[int, Mapping[str, Samples]]

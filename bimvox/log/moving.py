@@ -31,7 +31,7 @@ from bimvox.log.track import crane_track, lift_times, nominal_track
 from bimvox.log.transforms import CraneTransforms, load_transforms
 from bimvox.motion.commands import commands, commands_at
 from bimvox.records.lift import Lift
-from bimvox.records.motion import LiftMotion
+from bimvox.records.motion import LiftMotion, by_each_crane
 from bimvox.records.track import LiftTimes, LoadTrack
 from bimvox.site.site import Site
 from bimvox.workers import ALONE, Workers
@@ -115,7 +115,9 @@ _TOGETHER = 4
 
 def _lifts(record: PlanLog, workers: Workers) -> Iterator[_LiftMessages]:
     """Return the messages about each lift, in the order in which they begin."""
-    lifts = sorted(zip(record.planned, record.motions, strict=True), key=lambda one: (one[1].start_ns, one[1].order))
+    every = zip(record.planned, record.motions, strict=True)
+    halves = [(lift, own) for lift, motion in every for own in by_each_crane([motion])]
+    lifts = sorted(halves, key=lambda one: (one[1].start_ns, one[1].order))
     parts = [lifts[first : first + _TOGETHER] for first in range(0, len(lifts), _TOGETHER)]
     made = workers.each(_messages, [(record.plan.site, record.rate, part) for part in parts])
     return chain.from_iterable(made)
@@ -126,7 +128,7 @@ def _messages(site: Site, rate: LogRate, lifts: Sequence[tuple[Lift, LiftMotion]
     return [
         _LiftMessages(
             motion.crane,
-            [rows_of([path_message(site, lift, motion.start_ns)])],
+            [] if _is_second(site, motion) else [rows_of([path_message(site, lift, motion.start_ns)])],
             _moving_rows(site, rate, lift, motion),
             [rows_of([(motion.start_ns, MOTIONS, motion_message(site, motion))])],
         )
@@ -134,9 +136,16 @@ def _messages(site: Site, rate: LogRate, lifts: Sequence[tuple[Lift, LiftMotion]
     ]
 
 
+def _is_second(site: Site, motion: LiftMotion) -> bool:
+    """Return whether a motion is that of the second crane of a lift by two: the load is on the first one's topics."""
+    component = site.components[motion.component]
+    return component.tandem is not None and motion.crane == component.tandem.second
+
+
 def _moving_rows(site: Site, rate: LogRate, lift: Lift, motion: LiftMotion) -> tuple[list[Rows], ...]:
     """Return frames, load, joints and commands of a lift's motion."""
     one = driven(site, lift, motion, rate)
+    one = one.without_load() if _is_second(site, motion) else one
     return tuple([*make(one)] for make in _makers(site, motion.crane, rate))
 
 
@@ -154,7 +163,7 @@ def _makers(site: Site, number: int, rate: LogRate) -> tuple[Maker, ...]:
     form = _joints_form(crane)
 
     def load(lift: Driven) -> Iterable[Rows]:
-        return [_load_rows(lift.track, number, lift.load_shown)]
+        return [_load_rows(lift.track, number, lift.load_shown)] if lift.load_shown.any() else []
 
     def joints(lift: Driven) -> Iterable[Rows]:
         positions = joints_of(crane, lift.axes[lift.shown])

@@ -80,7 +80,8 @@ def _assemble(contents: Contents, metadata: dict[str, str], path: Path, *, parti
     motions: tuple[LiftMotion, ...] = ()
     rate = _rate_of(metadata, path)
     if (data := contents.attachments.get(topics.MOTION_FILE)) is not None:
-        motions = motions_from_json(data, _samples(contents.messages, site, path), name, partial=partial)
+        cranes = [crane.name for crane in site.cranes]
+        motions = motions_from_json(data, _samples(contents.messages, site, path), cranes, name, partial=partial)
         planned = {lift.order for lift in (*plan.lifts, *context) if lift.status is Status.PLANNED}
         for motion in motions:
             if motion.order not in planned:
@@ -161,7 +162,7 @@ def _samples(messages: list[LogMessage], site: Site, path: Path) -> SamplesByLif
     """Return the exact samples of every lift."""
     if not site.cranes:
         raise LogFileError(path, "it holds motions, but its site has no crane")
-    result: dict[int, Samples] = {}
+    result: dict[int, dict[str, Samples]] = {}
     for message in messages:
         if message.topic == topics.MOTIONS:
             add_samples(result, message.data)

@@ -26,7 +26,7 @@ from bimvox.log.scene import scene_messages
 from bimvox.log.segments import is_segment
 from bimvox.log.transforms import voxel_grid
 from bimvox.records.lift import LiftPlan
-from bimvox.records.motion import LiftMotion
+from bimvox.records.motion import LiftMotion, by_each_crane
 from bimvox.records.props import Props
 from bimvox.records.steps import Steps
 from bimvox.workers import ALONE, Workers
@@ -109,7 +109,7 @@ def _check_site(plan: LiftPlan, motions: Sequence[LiftMotion]) -> None:
                 hint="clip it, as bimvox.plan and bimvox.revise do",
             )
     named = [(f"part {part.label}", part.crane) for part in site.components]
-    named += [(f"the motion of lift {motion.number}", motion.crane) for motion in motions]
+    named += [(f"the motion of lift {motion.number}", motion.crane) for motion in by_each_crane(motions)]
     for name, crane in named:
         if not 0 <= crane < max(1, len(site.cranes)):
             raise InputError(

@@ -14,6 +14,7 @@ from bimvox.site.component import Component, StoredPose
 from bimvox.site.flip_box import flipped_at_vox, is_flipped
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
+from bimvox.site.tandem import part_on
 
 _TURN_SAMPLES = 19
 _IN_LINE_M = 0.01
@@ -56,7 +57,7 @@ def lift_times(lift: Lift, motion: LiftMotion) -> LiftTimes:
 
 def crane_track(site: Site, lift: Lift, motion: LiftMotion) -> LoadTrack:
     """Return the track of a lift from the crane's motion."""
-    component, place = site.components[lift.component], lift.place
+    component, place = part_on(site, lift.component, motion.crane), lift.place
     crane = site.crane_of(component)
     assert crane is not None
     assert place is not None

@@ -14,13 +14,14 @@ from bimvox.crane.kinematics import hook_of
 from bimvox.crane.sectors import utilisations
 from bimvox.records.dates import hire_days
 from bimvox.records.lift import Lift, LiftPlan, Method, Status
-from bimvox.records.motion import LiftMotion, PhaseName, Trajectory
+from bimvox.records.motion import LiftMotion, PhaseName, Trajectory, by_each_crane
 from bimvox.records.steps import Steps
 from bimvox.records.unloading import Unloading, unloading_of
 from bimvox.site.config.calendar import CalendarConfig, Cost, CostsConfig, Rates, rates_of
 from bimvox.site.crane_guess import machine_of_crane
 from bimvox.site.lifting import GoverningWind, governing_wind, hung_kg
 from bimvox.site.site import Site, SwingRule
+from bimvox.site.tandem import part_on
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +124,7 @@ def plan_figures(
     """
     share = plan.site.rules.critical_share if critical_share is None else critical_share
     planned = [lift for lift in plan.lifts if lift.status is Status.PLANNED]
-    used = [capacity_used(plan.site, motion) for motion in motions]
+    used = [max(capacity_used(plan.site, one) for one in by_each_crane([motion])) for motion in motions]
     highest, limits, calendar = max(used, default=inf), wind_limits(motions), calendar or CalendarConfig()
     figures = PlanFigures(
         lifts=len(plan.lifts),
@@ -134,7 +135,7 @@ def plan_figures(
         compared_moves=sum(lift.moves or 0 for lift in planned if lift.shortest_moves is not None),
         crane_s=_clock_s(motions) if motions else None,
         loaded_s=sum(motion.loaded.duration_s for motion in motions) if motions else None,
-        hook_travel_m=sum(hook_travel_m(plan.site, motion) for motion in motions) if motions else None,
+        hook_travel_m=sum(hook_travel_m(plan.site, motion) for motion in by_each_crane(motions)) if motions else None,
         critical=sum(one >= share for one in used) if motions else None,
         critical_share=share,
         swing=plan.site.rules.swing if plan.site.cranes else None,
@@ -173,7 +174,7 @@ def _each(site: Site, motions: Sequence[LiftMotion]) -> tuple[CraneFigures, ...]
     whole_s = _clock_s(motions) if motions else 0.0
     found = []
     for number, crane in enumerate(site.cranes):
-        own = [motion for motion in motions if motion.crane == number]
+        own = [motion for motion in by_each_crane(motions) if motion.crane == number]
         phases = (phase for motion in own for phase in motion.phases if phase.name is not PhaseName.WAIT)
         busy_s = sum((phase.end_ns - phase.start_ns) / 1e9 for phase in phases)
         found.append(CraneFigures(crane.name, len(own), busy_s, busy_s / whole_s if whole_s else 0.0))
@@ -192,9 +193,12 @@ def hook_travel_m(site: Site, motion: LiftMotion) -> float:
 
 
 def capacity_used(site: Site, motion: LiftMotion) -> float:
-    """Return the highest utilisation of the crane in a lift, rigging included; infinite beyond its capacity."""
+    """Return the highest utilisation of the crane in a lift, rigging included; infinite beyond its capacity.
+
+    Of a lift by two cranes it is that of the one whose motion this is.
+    """
     crane = site.cranes[motion.crane]
-    mass_kg = hung_kg(crane, site.components[motion.component])
+    mass_kg = hung_kg(crane, part_on(site, motion.component, motion.crane))
     held = (motion.raising, motion.loaded)
     slew_rad, radius_m = (np.concatenate([getattr(part, key) for part in held]) for key in ("slew_rad", "radius_m"))
     return float(utilisations(crane, slew_rad, radius_m, mass_kg).max())
@@ -202,7 +206,7 @@ def capacity_used(site: Site, motion: LiftMotion) -> float:
 
 def wind_limits(motions: Sequence[LiftMotion]) -> dict[int, float]:
     """Return the wind up to which each lift is permitted, m/s, by component; of those whose motion states it."""
-    return {motion.component: motion.wind.speed_m_s for motion in motions if motion.wind is not None}
+    return {one.component: one.least_wind.speed_m_s for one in motions if one.least_wind is not None}
 
 
 def driven_rates(motions: Sequence[LiftMotion]) -> dict[str, float] | None:

@@ -412,7 +412,7 @@ def along_the_path(rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray
     crane, load = rigged.crane, rigged.load
     path_vox = straightened(space, path_vox) if rigged.pendulum is None else with_room(space, path_vox)
     every = _poses_of_path(load, path_vox, slew_rad)
-    poses = [every[corner] for corner in _corners(path_vox)]
+    poses = [every[corner] for corner in corners_of(path_vox)]
     axes = np.array([axes_of(pose) for pose in poses])
     own_s = np.zeros(len(poses))
     for n in _blocked_runs(space, load, axes).tolist():
@@ -438,7 +438,7 @@ def _blocked_runs(space: CollisionSpace, load: LoadFrame, axes: NDArray[np.float
 def follow(load: LoadFrame, path_vox: NDArray[np.int32], slew_rad: float) -> list[Move]:
     """Return the moves that follow a voxel path exactly, one per straight run."""
     poses = _poses_of_path(load, path_vox, slew_rad)
-    moves = [Move(poses[a], poses[b]) for a, b in pairwise(_corners(path_vox))]
+    moves = [Move(poses[a], poses[b]) for a, b in pairwise(corners_of(path_vox))]
     return [move if move.is_vertical else replace(move, line=Line.SITE) for move in moves]
 
 
@@ -474,7 +474,7 @@ def check_path(rigged: RiggedCrane, space: CollisionSpace, path_vox: NDArray[np.
         )
 
 
-def _corners(path_vox: NDArray[np.int32]) -> list[int]:
+def corners_of(path_vox: NDArray[np.int32]) -> list[int]:
     """Indices of the first and last cell and of every cell at which the path turns."""
     steps = np.diff(path_vox.astype(np.int64), axis=0)
     turns = np.flatnonzero((steps[1:] != steps[:-1]).any(axis=1)) + 1

@@ -221,13 +221,13 @@ def _motion(
         end_ns=phases[-1].end_ns,
         crane=component.crane,
     )
-    return _permitted(site, lift, with_wind(site, lift, motion))
+    return insist_on_wind(site, lift, with_wind(site, lift, motion))
 
 
 _SAME_SPEED = 1e-9
 
 
-def _permitted(site: Site, lift: Lift, motion: LiftMotion) -> LiftMotion:
+def insist_on_wind(site: Site, lift: Lift, motion: LiftMotion) -> LiftMotion:
     """Return a motion that stays clear in the wind in which the site file asks for every lift.
 
     Raises PlanningError: if a gust of that wind swings the load further than it keeps clear in transit.

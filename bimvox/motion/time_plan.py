@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from bimvox.errors import InputError, MotionError
+from bimvox.motion.tandem import time_together
 from bimvox.motion.time_lift import Begins, time_lift
 from bimvox.motion.trajectories import chained
 from bimvox.planning.assembly import Assembly
@@ -144,9 +145,12 @@ class MotionMaking(Walk[Assembly, KnownLegs, "LiftMotion | MotionError"]):
         """Return the motion of a lift."""
         lift = self.lifts[task.order]
         state.skip(lift.component)
-        crane = self.site.cranes[self.site.components[lift.component].crane]
+        component = self.site.components[lift.component]
+        crane = self.site.cranes[component.crane]
         begins = Begins(self._one_before(lift), approach=task.approach, carrying=task.carrying)
         try:
+            if component.tandem is not None:
+                return time_together(self.site, lift, state.space_of(lift))
             return time_lift(self.site, crane, lift, state.space_of(lift), begins)
         except MotionError as error:
             return error

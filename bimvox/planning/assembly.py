@@ -37,6 +37,7 @@ from bimvox.site.collision import (
 from bimvox.site.component import Component, IntVec
 from bimvox.site.default_rules import ALL_KEPT, Kept
 from bimvox.site.site import CRANE_ID, GROUND_ID, HeadingRule, Site
+from bimvox.site.tandem import tandem_rules
 
 
 class Assembly:
@@ -73,7 +74,8 @@ class Assembly:
 
     def turns_with_jib(self, index: int) -> bool:
         """Return whether component ``index`` turns with the jib if there is room."""
-        return self._site.rules.heading is HeadingRule.WITH_JIB and index not in self._kept_headings
+        with_jib = self._site.rules.heading is HeadingRule.WITH_JIB and self._site.components[index].tandem is None
+        return with_jib and index not in self._kept_headings
 
     @property
     def voxel_size_m(self) -> float:
@@ -191,6 +193,9 @@ class Assembly:
         reason = f"the yard has no free place for it ({size} m) within the crane's reach and capacity"
         if (yard := self._site.rules.yard) is not None and yard.gap_m:
             reason += f", with {yard.gap_m:g} m around it for the slinger ([yard] gap_m)"
+        if component.tandem is not None:
+            most = 100.0 * tandem_rules(self._site.rules).most_share
+            return Obstacle(f"{reason}: both of its cranes must hold it there with {most:g} % of their load charts")
         if (crane := self._site.crane_of(component)) is not None:
             reason += f": {carried_where(self._site, crane, component)}"
             if component.flip_rise_vox and crane.auxiliary is not None:

@@ -344,7 +344,7 @@ class _Inserter:
 
     def _is_wrong_at(self, place: IntVec) -> bool:
         """Return whether ``_wrong_at`` gives a reason at a placement where the boxes of the part are free."""
-        if self.entangled:
+        if self.entangled or self.component.tandem is not None:
             return self._wrong_at(place) is not None
         if hook_is_free(self.space, *place):
             return False
@@ -486,6 +486,8 @@ class _Inserter:
     def _rope_wrong_at(self, place: IntVec) -> NoInsertion | None:
         if hook_is_free(self.space, *place):
             return None
+        if self.component.tandem is not None:
+            return NoInsertion("a hook is not allowed above its place, or its rope is blocked there")
         if (by_cells := self._rope_wrong_by_cells(place)) is not None:
             return by_cells
         hit = self._rope_hits(place)

@@ -20,6 +20,7 @@ from bimvox.site.collision import (
 from bimvox.site.component import Component, IntVec
 from bimvox.site.default_rules import ALL_KEPT, Kept
 from bimvox.site.site import CRANE_ID, Site
+from bimvox.site.tandem import over_both
 
 
 class Occupancy:
@@ -101,7 +102,10 @@ class Occupancy:
         if rope == 0 or not self._site.rules.rope:
             return grown
         # Of hook and rope only: a jib keeps what it keeps without a load.
-        floor = np.maximum(space.hook_floor, highest_around(self.heights(), rope))
+        around = highest_around(self.heights(), rope)
+        if component.tandem is not None:
+            around = over_both(self._site, component, [around, around], int(HOOK_FORBIDDEN)).max(axis=0)
+        floor = np.maximum(space.hook_floor, around)
         if space.hook_ceiling.size:
             floor[floor > space.hook_ceiling] = HOOK_FORBIDDEN
         return grown._replace(hook_floor=floor)

@@ -19,6 +19,7 @@ from bimvox.planning.external import External, NotUsedError
 from bimvox.planning.flip import flip_of
 from bimvox.planning.search import all_free, reachable, shortest_path, which_free
 from bimvox.planning.stage import Obstacle, Propose, ProposedGreedily, Stage, turning_stage
+from bimvox.planning.tandem import with_shares
 from bimvox.records.lift import Lift, Method, Status, YardPlace
 from bimvox.site.collision import CollisionSpace, smaller_clearances
 from bimvox.site.component import IntVec
@@ -55,7 +56,7 @@ def planned_by(
     stage, lift = _turning_or_not(assembly, stage, unplanned, before)
     if lift is before or lift.path_vox is None or isinstance(stage, Obstacle):
         return lift
-    return _proposed(stage, lift, policies)
+    return with_shares(assembly.site, _proposed(stage, lift, policies))
 
 
 def proposed_again(stage: Stage, lift: Lift, retrained: Propose) -> Lift:
@@ -136,7 +137,7 @@ def searched_at(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, be
     if shortest is None:
         found = _why_unreachable(assembly, stage)
         return replace(unplanned, reason=found.reason, blocked_by=found.blocked_by)
-    return replace(
+    planned = replace(
         unplanned,
         status=Status.PLANNED,
         by_other_means=False,
@@ -147,7 +148,8 @@ def searched_at(assembly: Assembly, stage: Stage | Obstacle, unplanned: Lift, be
         guide=stage.insertion.guide,
         with_jib=stage.is_turning,
         flip=flip_of(assembly.site, stage.component, stage.place),
-    ).keeping(stage.kept)
+    )
+    return with_shares(assembly.site, planned).keeping(stage.kept)
 
 
 def _proposed(stage: Stage, lift: Lift, policies: Sequence[tuple[Propose, Method]]) -> Lift:

@@ -173,10 +173,9 @@ def is_stacked(site: Site, component: Component) -> bool:
 
 
 def _is_stored_as_built(component: Component) -> bool:
-    """Return whether a part lies in the yard as it is set, at a place that the planner chooses."""
-    return (
-        not component.erected and component.start_vox is None and component.stored_pose in (None, StoredPose.AS_BUILT)
-    )
+    """Return whether a part lies as it is set, at a place that the planner chooses, for one crane."""
+    as_built = not component.erected and component.stored_pose in (None, StoredPose.AS_BUILT)
+    return as_built and component.start_vox is None and component.tandem is None
 
 
 def _height_m(component: Component) -> float:

@@ -31,6 +31,7 @@ from bimvox.site.lifting import (
     place_radius_m,
 )
 from bimvox.site.site import Site
+from bimvox.site.tandem import halves, tandem_rules
 from bimvox.units import mass_text
 
 
@@ -208,6 +209,8 @@ def refused_by_crane(site: Site, component: Component) -> str | None:
         return None
     if component.lifting.no_gear:
         return f"no gear serves its {mass_text(component.mass_kg)}: {component.lifting.no_gear}"
+    if component.tandem is not None:
+        return _refused_by_two(site, component) or _by_access(site, crane, component)
     reasons = {
         one.name: _by_wind(site, one, component) or _by_radius(site, one, component) or _by_hooks(one, component)
         for one in site.cranes
@@ -221,6 +224,25 @@ def refused_by_crane(site: Site, component: Component) -> str | None:
         return "; ".join([str(reasons[crane.name]), *(able or ["no other set-up carries it to its place"])])
     could = "could lift it, but the part is assigned to another crane"
     return "; ".join(f"{name}: {reason or could}" for name, reason in reasons.items())
+
+
+def _refused_by_two(site: Site, component: Component) -> str | None:
+    """Return why the two cranes of a part cannot carry it to its place together; None if they can."""
+    most = tandem_rules(site.rules).most_share
+    for half in halves(site, component):
+        one = site.cranes[half.crane]
+        if (reason := _by_wind(site, one, half) or _by_reach(site, one, half)) is not None:
+            return f"{reason}; two cranes hold it"
+        radius_m, hung = place_radius_m(site, one, half), hung_kg(one, half)
+        carries_kg = capacity_kg(crane_towards(site, one, half, half.target_vox).chart, radius_m)
+        if hung > most * carries_kg * (1.0 + _SLACK_M):
+            used = 100.0 * hung / carries_kg if carries_kg > 0.0 else np.inf
+            return (
+                f"two cranes hold it, and {one.name} would carry {mass_text(hung)} at its place, with rigging and "
+                f"hook block: {used:.0f} % of its load chart at {radius_m:.1f} m; [rules.tandem] most_share permits "
+                f"{100.0 * most:g} %"
+            )
+    return None
 
 
 def share_for(site: Site, component: Component, place: YardPlace | None) -> float:
@@ -271,13 +293,20 @@ def _by_hooks(crane: TowerCrane, component: Component) -> str | None:
     return no_second_hook(crane) if component.flip_rise_vox and crane.auxiliary is None else None
 
 
+def _by_reach(site: Site, crane: TowerCrane, component: Component) -> str | None:
+    radius = place_radius_m(site, crane, component)
+    if crane.min_radius_m - _SLACK_M <= radius <= crane.jib_length_m + _SLACK_M:
+        return None
+    return (
+        f"its place is at a radius of {radius:.1f} m, but the hook of {crane.name} reaches from "
+        f"{crane.min_radius_m:.1f} to {crane.jib_length_m:.1f} m"
+    )
+
+
 def _by_radius(site: Site, crane: TowerCrane, component: Component) -> str | None:
     radius = place_radius_m(site, crane, component)
-    if not crane.min_radius_m - _SLACK_M <= radius <= crane.jib_length_m + _SLACK_M:
-        return (
-            f"its place is at a radius of {radius:.1f} m, but the hook of {crane.name} reaches from "
-            f"{crane.min_radius_m:.1f} to {crane.jib_length_m:.1f} m"
-        )
+    if (out := _by_reach(site, crane, component)) is not None:
+        return out
     most_used = permitted_share(site, crane, component)
     crane = crane_towards(site, crane, component, component.target_vox)
     _, furthest = allowed_radii_m(crane_for(site, crane, component), component.mass_kg, most_used)

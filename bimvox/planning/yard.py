@@ -323,7 +323,8 @@ def _preferred(component: Component) -> tuple[Lying, ...]:
 
 
 def _turned(component: Component) -> tuple[Lying, ...]:
-    return tuple((pose, 1) for pose in storage_poses(component)) if component.stored_turn is None else ()
+    may_turn = component.stored_turn is None and component.tandem is None
+    return tuple((pose, 1) for pose in storage_poses(component)) if may_turn else ()
 
 
 def _given(component: Component) -> Lying:

@@ -11,7 +11,7 @@ from bimvox.bim.kinds.kind import Kind
 from bimvox.proof.bodies.triangles import TriangleCheck
 from bimvox.proof.plan import triangles_of
 from bimvox.records.lift import Lift, LiftPlan, Status
-from bimvox.records.motion import LiftMotion, Phase, PhaseName
+from bimvox.records.motion import LiftMotion, Phase, PhaseName, by_each_crane
 from bimvox.records.proof import Check
 from bimvox.records.steps import Pause, Step, Steps
 from bimvox.site.casting import BuildingTimes, Casting
@@ -246,6 +246,7 @@ def check_clock(check: Check, plan: LiftPlan, motions: Sequence[LiftMotion], con
         context: Lifts of the same plan that it does not contain.
     """
     site, by_order = plan.site, {motion.order: motion for motion in motions}
+    of_crane = {(motion.order, motion.crane): motion for motion in by_each_crane(motions)}
     planned = [lift for lift in (*plan.lifts, *context) if lift.status is Status.PLANNED]
     planned.sort(key=lambda lift: lift.order)
     crew_ns = {
@@ -260,9 +261,11 @@ def check_clock(check: Check, plan: LiftPlan, motions: Sequence[LiftMotion], con
         before_ns, skipped = 0, list[int]()
         for lift in planned:
             part = site.components[lift.component]
-            if part.crane != crane and not moves:
+            is_second = part.tandem is not None and part.tandem.second == crane
+            if part.crane != crane and not moves and not is_second:
                 continue
-            if (motion := by_order.get(lift.order)) is None:
+            motion = of_crane.get((lift.order, crane)) if part.tandem is not None else by_order.get(lift.order)
+            if motion is None:
                 skipped.append(lift.order)
                 continue
             check.about, name = part.id, f"lift {lift.number} ({part.label})"

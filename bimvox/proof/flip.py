@@ -123,7 +123,7 @@ def _turned(points: NDArray[np.float64], place: YardPlace, angle_rad: NDArray[np
 
 
 @kept
-def _centre_m(component: Component) -> NDArray[np.float64]:
+def centre_of_mass(component: Component) -> NDArray[np.float64]:
     """Return (3,) the centre of the volume that a part's triangles enclose; the middle of its box if there is none."""
     corners = component.mesh.vertices_m[component.mesh.faces]
     middle = corners.reshape(-1, 3).mean(axis=0)
@@ -139,7 +139,7 @@ def _centre_m(component: Component) -> NDArray[np.float64]:
 def _check_points(check: Check, name: str, component: Component, place: YardPlace, flip: Flip) -> None:
     """Check that the main hook holds the middle of the head, and the other one the foot end of the upper side."""
     low, high = component.mesh.bounds_m
-    centre, main, auxiliary = _centre_m(component), np.array(flip.main_m), np.array(flip.auxiliary_m)
+    centre, main, auxiliary = centre_of_mass(component), np.array(flip.main_m), np.array(flip.auxiliary_m)
     off_m = float(np.abs(main - np.array([*centre[:2], high[2]])).max())
     check.look(off_m <= _SAME_M, f"{name}: its main hook holds it {off_m:.3f} m from the middle of its head")
     upper_m = float(_turned(component.mesh.vertices_m - centre, place, _LYING[:1])[0, :, 2].max())
@@ -158,7 +158,7 @@ def _shares_kg(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return (A,) the mass on the main and on the auxiliary hook: two vertical ropes in balance with the weight."""
     axis = 0 if place.pose is StoredPose.LYING_X else 1
-    points = np.array([flip.main_m, flip.auxiliary_m, _centre_m(component)])
+    points = np.array([flip.main_m, flip.auxiliary_m, centre_of_mass(component)])
     at_m = _turned(points, place, angle_rad)[..., axis]
     # Moments about the one point give the pull at the other; two ropes on one line have no answer.
     apart_m = at_m[:, 1] - at_m[:, 0]
@@ -232,7 +232,7 @@ def _clear_m(site: Site, component: Component, place: YardPlace) -> float:
     The share of the hoist is the sine of the angle.
     """
     vertices, size_m = component.mesh.vertices_m, site.frame.voxel_size_m
-    held = np.array([*_centre_m(component)[:2], vertices[:, 2].max()])
+    held = np.array([*centre_of_mass(component)[:2], vertices[:, 2].max()])
     below_m = -_turned(vertices - held, place, _LYING)[..., 2].min(axis=1)
     head_m = below_m[0] + np.sin(_LYING) * (below_m[-1] - below_m[0])
     return place.rise_vox * size_m + float((head_m - below_m).min())

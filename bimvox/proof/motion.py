@@ -11,7 +11,7 @@ may exceed their limit by 0.1 %.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -41,8 +41,9 @@ from bimvox.proof.plan import LiftProofs, triangles_of
 from bimvox.proof.rigging import rigging_kg, second_block_kg
 from bimvox.proof.space import ALWAYS_NS, RawCells
 from bimvox.proof.swing import SwingProof, check_gust
+from bimvox.proof.tandem import TOGETHER, as_crane_sees, check_together, has_tandems
 from bimvox.records.lift import Lift, LiftPlan, Status
-from bimvox.records.motion import LiftMotion, Trajectory
+from bimvox.records.motion import LiftMotion, Trajectory, by_each_crane
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.site.component import Component
 from bimvox.walk import Store
@@ -100,9 +101,54 @@ def verify_motions(
         Every check, with what failed and where.
     """
     store = Store() if store is None else store
+    if has_tandems(plan.site) or any(motion.second is not None for motion in motions):
+        return _verified_by_crane(plan, motions, context, window_ns, known, store, workers)
     verifier = _verifier(plan, motions, context, window_ns, known)
     verifier.triangles = triangles_of(plan, store)
     return verifier.run(store, workers)
+
+
+def _verified_by_crane(
+    plan: LiftPlan,
+    motions: Sequence[LiftMotion],
+    context: Collection[Lift],
+    window_ns: tuple[int, int],
+    known: Sequence[LiftMotion] | None,
+    store: Store,
+    workers: Workers,
+) -> Verification:
+    """Check the motions of each crane as it sees its lifts: a part that two carry hangs on its own hook alone."""
+    checks = {TOGETHER: Check(TOGETHER, unit="share of capacity")}
+    every, triangles = motions if known is None else known, triangles_of(plan, store)
+
+    def add(found: Iterable[Check]) -> None:
+        for check in found:
+            checks.setdefault(check.name, Check(check.name, unit=check.unit)).add(check)
+
+    for number in range(len(plan.site.cranes)):
+        site = as_crane_sees(plan.site, number)
+        own = tuple(lift for lift in plan.lifts if site.components[lift.component].crane == number)
+        orders = {lift.order for lift in own}
+        driven = [one for one in by_each_crane(motions) if one.crane == number and one.order in orders]
+        others = (*(lift for lift in plan.lifts if lift.order not in orders), *context)
+        verifier = _verifier(replace(plan, site=site, lifts=own), driven, others, window_ns, every)
+        verifier.triangles = triangles
+        add(verifier.run(store, workers).checks)
+    whole = _verifier(plan, motions, context, window_ns, known)
+    if known is None:
+        whole.check_cranes(workers)
+        add(check for name, check in whole.checks.items() if name in CRANES_UNITS)
+    given, planned = [one.order for one in motions], [one.order for one in plan.lifts if one.status is Status.PLANNED]
+    strays = [one.number for one in by_each_crane(motions) if not 0 <= one.crane < len(plan.site.cranes)]
+    checks["timeline"].look(not strays, f"motions of lifts {strays} are of cranes that the site has not")
+    checks["timeline"].look(given == planned, f"the motions are of lifts {given}, planned are {planned}")
+    by_order = {lift.order: lift for lift in plan.lifts}
+    for motion in _sound_ones(motions).values():
+        if (lift := by_order.get(motion.order)) is not None and lift.status is Status.PLANNED:
+            rest = [one for one in every if one.order != motion.order]
+            check_together(checks[TOGETHER], plan.site, lift, motion, rest)
+    checks[TOGETHER].about = None
+    return Verification(tuple(checks.values()))
 
 
 def verify_together(plan: LiftPlan, motions: Sequence[LiftMotion], context: Collection[Lift] = ()) -> Verification:
@@ -131,7 +177,9 @@ def _verifier(
 def _sound_ones(motions: Sequence[LiftMotion]) -> dict[int, LiftMotion]:
     """Return the motions with sound trajectories, by order; the others are reported when they are checked."""
     aside = Check("timeline")
-    return {motion.order: motion for motion in motions if _is_sound(aside, "", motion)}
+    return {
+        motion.order: motion for motion in motions if all(_is_sound(aside, "", one) for one in by_each_crane([motion]))
+    }
 
 
 class _Driven(NamedTuple):
@@ -326,6 +374,7 @@ class _Verifier(LiftProofs[_Driven]):
         sound = list(_sound_ones(self.motions).values())
         check_turns(self.checks["turns"], self.site, self.plan, sound, self.context)
         is_whole = not self.context and self.window_ns == ALWAYS_NS
+        sound = [one for one in by_each_crane(sound) if 0 <= one.crane < len(self.site.cranes)]
         check_cranes(self.checks["cranes"], self.site, sound, self.window_ns, is_whole=is_whole, workers=workers)
 
     def _check_axes(self, name: str, crane: TowerCrane, moment: Moment, motion: LiftMotion) -> None:

@@ -29,6 +29,7 @@ from bimvox.proof.site_rules import (
     asks_for_wind,
     check_deliveries,
     check_no_load,
+    check_permitted_wind,
     check_place,
     check_rope_margin,
     check_wind,
@@ -45,10 +46,12 @@ from bimvox.proof.storage import (
     rack_of,
 )
 from bimvox.proof.support import Supports, check_stands
+from bimvox.proof.tandem import TANDEM, as_crane_sees, check_tandem, has_tandems
 from bimvox.proof.values import check_complete
 from bimvox.records.lift import NOT_ITS_CELLS, Lift, LiftPlan, Status, YardPlace
 from bimvox.records.proof import Check, Verification, turn_to
 from bimvox.site.component import Component
+from bimvox.site.site import Site
 from bimvox.units import mass_text
 from bimvox.walk import Shared, Store, Task, Walk
 from bimvox.workers import ALONE, Workers
@@ -207,6 +210,8 @@ class _Verifier(LiftProofs[int]):
             self.checks |= {"gap": Check("gap"), "stacks": Check("stacks")}
         if any(part.flip_rise_vox for part in site.components) or any(lift.flip is not None for lift in self.lifts):
             self.checks[FLIP] = Check(FLIP, unit="share of capacity")
+        if has_tandems(site) or any(lift.tandem is not None for lift in self.lifts):
+            self.checks[TANDEM] = Check(TANDEM, unit="share of capacity")
         self.racks: dict[tuple[int, int], list[str]] = {}
         for lift in self.lifts:
             if (rack := rack_of(lift)) is not None:
@@ -303,6 +308,8 @@ class _Verifier(LiftProofs[int]):
             check_unloading(self.checks["yard"], self.site, lift)
             if FLIP in self.checks:
                 check_flip(self.checks[FLIP], self.site, lift, component, place)
+            if TANDEM in self.checks:
+                check_tandem(self.checks[TANDEM], self.site, lift, component)
             if YARD_MARGIN in self.checks:
                 check_yard_margin(self.checks[YARD_MARGIN], self.site, lift, present)
             if "stacks" in self.checks:
@@ -412,7 +419,10 @@ class _Verifier(LiftProofs[int]):
             return
         margin_m = self.site.rules.kept_m("transit_clearance_m", lift.kept)
         wide = self.clearances.around_load(lift, present)
-        gate = gate_of(self.site, lift, component, self.marks.counts, wide)
+        gate = min(
+            gate_of(site, lift, site.components[component.index], self.marks.counts, wide)
+            for site in self._sites_of(component)
+        )
         near = np.zeros(len(path), np.bool_)
         if wide is not None:
             near = hits(wide, component.shape.cells, path.astype(np.int64))
@@ -441,7 +451,8 @@ class _Verifier(LiftProofs[int]):
                 samples=max(0, gate + 1 - departure),
             )
         if "rope_margin" in self.checks:
-            check_rope_margin(self.checks["rope_margin"], self.site, lift, present, self.marks.counts, gate)
+            for site in self._sites_of(component):
+                check_rope_margin(self.checks["rope_margin"], site, lift, present, self.marks.counts, gate)
 
     def _check_smaller(self, lift: Lift, component: Component) -> None:
         """Check that smaller clearances of its own are such that the rules allow."""
@@ -456,7 +467,23 @@ class _Verifier(LiftProofs[int]):
                 )
 
     def _check_hook(self, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]) -> None:
-        site, crane = self.site, self.site.crane_of(component)
+        """Check the hook of a crane, or of each of the two that carry the part."""
+        if "wind" in self.checks and (crane := self.site.crane_of(component)) is not None:
+            check_wind(self.checks["wind"], self.site, crane, component)
+        for site in self._sites_of(component):
+            self._check_hook_of(site, lift, site.components[component.index], path, present)
+
+    def _sites_of(self, component: Component) -> tuple[Site, ...]:
+        """Return the site as each crane of a part sees it."""
+        if component.tandem is None:
+            return (self.site,)
+        cranes = (component.crane, component.tandem.second)
+        return tuple(as_crane_sees(self.site, one) for one in cranes if 0 <= one < len(self.site.cranes))
+
+    def _check_hook_of(
+        self, site: Site, lift: Lift, component: Component, path: NDArray[np.int32], present: Sequence[Thing]
+    ) -> None:
+        crane = site.crane_of(component)
         if crane is None:
             return
         hook = path + np.array(component.hook_offset_vox, np.int32)
@@ -476,8 +503,8 @@ class _Verifier(LiftProofs[int]):
         turning = path[turning_placements(lift)]
         if len(turning):
             check_no_load(reach, site, component.id, cells_at_any_heading(component), turning)
-        if "wind" in self.checks:
-            check_wind(self.checks["wind"], site, crane, component)
+        if "wind" in self.checks and site is not self.site:
+            check_permitted_wind(self.checks["wind"], site, crane, component, component.sail_area_m2)
         load_kg = component.mass_kg + crane.hook_block_kg + rigging_kg(crane, component) + second_block_kg(crane)
         used = shares_of_capacity(crane, slew_rad, radius_m, load_kg)
         share = float(used.max())

@@ -74,7 +74,7 @@ def check_rigging(check: Check, site: Site, component: Component, chosen: frozen
     refused = component.lifting.no_gear
     check.look(not refused, f"{name}: it is lifted, but no gear serves: {refused}")
     if rig is None:
-        if component.crane in chosen and not refused:
+        if component.crane in chosen and not refused and component.tandem is None:
             check.look(False, f"{name}: it is lifted without gear, but gear is chosen for other parts of its crane")
         return
     if crane is None:
@@ -215,6 +215,8 @@ _ANCHORS = "anchors"
 """The points are of the model."""
 _ASSUMED = "assumed"
 """The points were chosen with the gear."""
+_HELD = "tandem"
+"""The points are those at which two cranes hold it."""
 _ABOVE = "centre_of_mass"
 """The model has no points: it hangs on one, on its top above its centre of mass."""
 
@@ -239,6 +241,9 @@ def check_slings(check: Check, site: Site, component: Component) -> None:
         off_m = max((float(np.abs(np.subtract(point_m, (x, y, top_m))).max()) for point_m in points_m), default=0.0)
         good = len(points_m) <= 1 and off_m <= _SAME_M
         check.look(good, f"{component.id}: its lifting point is {off_m:.3f} m from its top above its centre of mass")
+    elif component.tandem is not None:
+        good = source == _HELD and points_m == component.tandem.points_m
+        check.look(good, f"{component.id}: its lifting points are not where its two cranes hold it")
     else:
         good = source in ((_ANCHORS,) if component.lifting.rig is None else (_ANCHORS, _ASSUMED)) and len(points_m) > 0
         check.look(good, f"{component.id}: it hangs on {len(points_m)} points of the kind {source!r}")

@@ -106,7 +106,12 @@ def check_wind(check: Check, site: Site, crane: TowerCrane, component: Component
         area_m2 <= component.sail_area_m2 * (1.0 + _SHARE) + _SHARE,
         f"{component.id}: it shows the wind {area_m2:.3f} m2, not {component.sail_area_m2:.3f} m2",
     )
-    sail = max(component.sail_area_m2, area_m2) * site.rules.drag_coefficient
+    check_permitted_wind(check, site, crane, component, max(component.sail_area_m2, area_m2))
+
+
+def check_permitted_wind(check: Check, site: Site, crane: TowerCrane, component: Component, area_m2: float) -> None:
+    """Check that the site's wind is permitted for a part on a crane, with the area that it shows the wind."""
+    rules, sail = site.rules, area_m2 * site.rules.drag_coefficient
     most, asked = most_wind_m_s(crane, component, sail), asked_wind_m_s(rules)
     check.measure(max(rules.wind_speed_m_s, asked) / most)
     check.look(

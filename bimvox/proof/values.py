@@ -17,7 +17,7 @@ from bimvox.crane.carrier import Carrier
 from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.errors import shown
 from bimvox.records.lift import NOT_LIFTED, Lift, LiftPlan, Status
-from bimvox.records.motion import LiftMotion
+from bimvox.records.motion import LiftMotion, by_each_crane
 from bimvox.records.proof import Check, turn_to
 from bimvox.site.component import Component
 from bimvox.site.default_rules import DEFAULT_RULES, MOST_CONTACT_TOLERANCE_M, MOST_SAMPLE_PERIOD_S, MOST_SUPPORT_GAP_M
@@ -269,7 +269,7 @@ def check_values(plan: LiftPlan, motions: Sequence[LiftMotion] = (), context: Co
 
 def check_motion_values(check: Check, site: Site, motions: Sequence[LiftMotion]) -> None:
     """Add what :func:`check_values` checks of motions to a check of the values of their plan."""
-    for motion in motions:
+    for motion in by_each_crane(motions):
         there = 0 <= motion.component < len(site.components)
         check.look(there, f"lift {motion.number}: its motion is of component {motion.component}, which does not exist")
         name = f"lift {motion.number} ({site.components[motion.component].label})" if there else "a motion"
@@ -347,6 +347,9 @@ def _check_rules(check: Check, rules: Rules) -> None:
     if rules.two_hooks is not None:
         for key in fields(rules.two_hooks):
             _within(check, f"site.rules.two_hooks.{key.name}", getattr(rules.two_hooks, key.name), _TWO_HOOKS[key.name])
+    if rules.tandem is not None:
+        _within(check, "site.rules.tandem.most_share", rules.tandem.most_share, _Range(0.0, 1.0, with_low=False))
+        _within(check, "site.rules.tandem.off_level_rad", rules.tandem.off_level_rad, _Range(0.0, 0.3))
     if rules.yard is not None:
         for limit, most in _YARD.items():
             _within(check, f"site.rules.yard.{limit}", getattr(rules.yard, limit), most)
@@ -444,6 +447,8 @@ def _check_component(check: Check, component: Component, name: str, most_kg: flo
     _within(check, f"{name}: flip_rise_vox", component.flip_rise_vox, _Range(0.0, 1e5))
     _finite(check, f"{name}: target_vox", component.target_vox, most=_FAR_VOX)
     _finite(check, f"{name}: hook_offset_vox", component.hook_offset_vox, most=_FAR_VOX)
+    if component.tandem is not None:
+        _finite(check, f"{name}: tandem.points_m", component.tandem.points_m, most=_FAR_M)
     _finite(check, f"{name}: start_vox", component.start_vox or (), most=_FAR_VOX)
     _finite(check, f"{name}: lifting.points_m", component.lifting.points_m, most=_FAR_M)
     if (rig := component.lifting.rig) is not None:
@@ -482,6 +487,10 @@ def _check_lift(check: Check, lift: Lift, name: str) -> None:
     if (flip := lift.flip) is not None:
         own = (*flip.main_m, *flip.auxiliary_m, *flip.angle_deg, *flip.main_kg, *flip.auxiliary_kg)
         _finite(check, f"{name}: flip", (*own, flip.used, flip.radius_m, flip.clear_m, flip.lean_rad), most=_HEAVY_KG)
+    if (shared := lift.tandem) is not None:
+        own = (*shared.load_kg, *shared.most_kg, *shared.used, *shared.radius_m, shared.apart_m, shared.off_level_rad)
+        _finite(check, f"{name}: tandem", own, most=_HEAVY_KG)
+        _finite(check, f"{name}: tandem.points_m", shared.points_m, most=_FAR_M)
     for rule, own_m in lift.kept._asdict().items():
         if own_m is not None:
             _within(check, f"{name}: {rule}", own_m, _Range(0.0, _FAR_M))

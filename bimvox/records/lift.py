@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.records.flip import Flip
+from bimvox.records.tandem import SharedLoad
 from bimvox.site.component import (
     Component,
     IntVec,
@@ -328,6 +329,7 @@ class Lift:
         with_jib: Whether the load turns with the jib up to its last moves, which then lead straight down. Before them
             it is turned to its final heading, by tag line. Otherwise tag lines keep its heading.
         flip: How it is turned over between two hooks in the yard; None if it is not.
+        tandem: The share of each of the two cranes that carry it; None if one crane does.
         planner: Name of the planner or the policy that the caller brought, if it found the path.
         planner_note: Why one that was asked did not find the path: its name and a reason.
     """
@@ -348,6 +350,7 @@ class Lift:
     clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
     with_jib: bool = field(default=False, repr=False, metadata=SPARSE)
     flip: Flip | None = field(default=None, repr=False, metadata=SPARSE)
+    tandem: SharedLoad | None = field(default=None, repr=False, metadata=SPARSE)
     rope_clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
     departure_clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)
     approach_clearance_m: float | None = field(default=None, repr=False, metadata=SPARSE)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -208,6 +208,8 @@ class LiftMotion:
         departure: The empty hook from the set point to a parking place, after the last lift of one of several cranes,
             if it would be in the way of another; otherwise None.
         wind: The wind in which it is permitted; None if the rules ask for no wind or ignore swing.
+        second: The motion of the second crane if two carry the part; the same in time from hook on until the slings are
+            off. None if one crane carries it.
     """
 
     order: int
@@ -221,11 +223,19 @@ class LiftMotion:
     crane: int = 0
     departure: Trajectory | None = field(default=None, repr=False)
     wind: WindLimit | None = None
+    second: LiftMotion | None = field(default=None, repr=False)
 
     @property
     def number(self) -> int:
         """Number of the lift as people see it, from 1."""
         return self.order + 1
+
+    @property
+    def least_wind(self) -> WindLimit | None:
+        """The wind in which it is permitted; of a lift by two cranes that of the one that permits less."""
+        if self.wind is None or self.second is None or self.second.wind is None:
+            return self.wind
+        return min(self.wind, self.second.wind, key=lambda wind: wind.speed_m_s)
 
     @property
     def released_ns(self) -> int:
@@ -349,3 +359,9 @@ def stays_of(motions: Iterable[LiftMotion]) -> tuple[Stay, ...]:
             firsts.append((motion.crane, motion.start_ns))
     ends: list[int | None] = [from_ns for _, from_ns in firsts[1:]]
     return tuple(Stay(crane, from_ns, until) for (crane, from_ns), until in zip(firsts, [*ends, None], strict=False))
+
+
+def by_each_crane(motions: Iterable[LiftMotion]) -> tuple[LiftMotion, ...]:
+    """Return the motions of every crane: of a lift by two, that of the first one, then that of the second one."""
+    both = ((replace(one, second=None), one.second) if one.second is not None else (one,) for one in motions)
+    return tuple(motion for own in both for motion in own)

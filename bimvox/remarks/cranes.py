@@ -20,7 +20,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
 from bimvox.motion.figures import capacity_used
 from bimvox.motion.swept import cells_of_axes, load_frame
-from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.motion import LiftMotion, PhaseName, by_each_crane
 from bimvox.records.proof import Remark
 from bimvox.remarks import table
 from bimvox.remarks.subject import Subject, metres, name_of, tonnes
@@ -31,6 +31,7 @@ from bimvox.site.crane_distances import EDGE_M, STANDING_M, TRAPPED_M, base_of, 
 from bimvox.site.crane_room import HEADROOM_M, PLACE_M, REACH_M, WAY_M, Room, place_beside, way_among, way_in
 from bimvox.site.lifting import crane_for, crane_towards, hung_kg, place_radius_m
 from bimvox.site.site import Site
+from bimvox.site.tandem import part_on
 
 SCALED = " scaled "
 """In the names of machines that do not exist; earlier versions did not call them fictitious."""
@@ -266,7 +267,7 @@ def _heights(subject: Subject, most_m: float) -> Iterator[tuple[Component, float
         names[-1 - number] = "the ground" if blocker.kind == "ground" else blocker.name or blocker.id
     reach = int(np.ceil(most_m / site.frame.voxel_size_m))
     for motion in subject.motions:
-        component = site.components[motion.component]
+        component = part_on(site, motion.component, motion.crane)
         gap, below = _least_gap(since, _travelled(site, component, motion), _feet(component), motion.order, reach)
         yield component, float(gap) * site.frame.voxel_size_m, names.get(below, "")
 
@@ -317,11 +318,9 @@ def _used(subject: Subject) -> Iterator[tuple[Component, TowerCrane, float]]:
     """Yield every lifted part, its crane, and the largest share of that crane's capacity that its lift uses."""
     site = subject.site
     for number, crane in enumerate(site.cranes):
-        own = [motion for motion in subject.motions if motion.crane == number]
-        if not own:
-            continue
-        for motion in own:
-            yield site.components[motion.component], crane, capacity_used(site, motion)
+        for motion in by_each_crane(subject.motions):
+            if motion.crane == number:
+                yield part_on(site, motion.component, number), crane, capacity_used(site, motion)
 
 
 def _since(subject: Subject) -> NDArray[np.int32]:

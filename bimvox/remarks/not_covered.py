@@ -112,6 +112,10 @@ def _tandem(subject: Subject) -> _Here:
     refused = [lift for lift in subject.plan.lifts_with(subject.context) if lift.status is Status.INFEASIBLE]
     parts = [part for part in _parts(subject, refused) if refused_by_crane(subject.site, part) is not None]
     over = sum(lift.flip is not None for lift in subject.lifts)
+    by_two = [lift for lift in subject.lifts if lift.tandem is not None]
+    if by_two and not parts:
+        carried = _parts(subject, by_two)
+        return _about(carried, "part that two cranes carry together", "parts that two cranes carry together")
     if over and not parts:
         return f"Here: {over:,} hang{'s' if over == 1 else ''} on both hooks of one crane while being turned over."
     return _about(parts, "part that no crane here lifts alone", "parts that no crane here lifts alone")
@@ -210,7 +214,8 @@ def _comes_and_goes(subject: Subject) -> _Here:
 # fmt: off
 _ROWS = (
     Row("tandem", "Tandem lifts",
-        "Every lift of this plan hangs on one hook of one crane. A lift with two cranes has a plan of its own.",
+        "A lift hangs on one hook of one crane, unless the plan states that two cranes carry it. What one of them does "
+        "to the other, and what happens if one stops alone, no plan covers.",
         _tandem),
     Row("two_hooks", "Turning over between two hooks",
         "A part that lies is upended with one hook, about its foot, which must not slip: on level ground, timber or a "

@@ -12,6 +12,7 @@ from bimvox.proof.over_time import not_current
 from bimvox.records.lift import Status
 from bimvox.records.programme import TaskDates
 from bimvox.records.proof import Remark
+from bimvox.records.tandem import SharedLoad
 from bimvox.remarks import table
 from bimvox.remarks.near_rest import near_rest
 from bimvox.remarks.subject import Subject, tonnes
@@ -77,7 +78,9 @@ def _kept_less(subject: Subject) -> Iterator[Remark]:
     """Yield a remark about every lift that keeps less than the rules, which give way, or has no room to turn."""
     site, own = subject.site, subject.site.rules
     planned = [lift for lift in subject.plan.lifts if lift.status is Status.PLANNED]
-    kept, flips = ({lift.component: getattr(lift, key) for lift in planned} for key in ("kept", "flip"))
+    kept, flips, tandems = (
+        {lift.component: getattr(lift, key) for lift in planned} for key in ("kept", "flip", "tandem")
+    )
     limits = wind_limits(subject.motions)
     kept_headings = {lift.component for lift in planned if not lift.ever_with_jib}
     for component in subject.lifted:
@@ -95,8 +98,29 @@ def _kept_less(subject: Subject) -> Iterator[Remark]:
         flip = flips.get(component.index)
         if flip is not None and flip.lean_rad > MOST_LEAN_RAD:
             yield table.FLIP_LEANS(component, lean=degrees(flip.lean_rad))
+        shared = tandems.get(component.index)
+        if shared is not None:
+            yield _by_two(site, component, shared)
         kept_m = own.kept_m("transit_clearance_m", less)
         yield from _less_wind(site, component, kept_m, limits.get(component.index))
+
+
+def _by_two(site: Site, component: Component, shared: SharedLoad) -> Remark:
+    """Return the remark about a part that two cranes carry together, with the share of each."""
+    first, second = (site.cranes[number].name for number in shared.cranes)
+    return table.BY_TWO_CRANES(
+        component,
+        first=first,
+        second=second,
+        level=shared.load_kg[0] / 1000.0,
+        also=shared.load_kg[1] / 1000.0,
+        most=shared.most_kg[0] / 1000.0,
+        most_also=shared.most_kg[1] / 1000.0,
+        angle=round(degrees(shared.off_level_rad), 3),
+        used=100.0 * shared.used[0],
+        used_also=100.0 * shared.used[1],
+        apart=shared.apart_m,
+    )
 
 
 def _less_wind(site: Site, component: Component, kept_m: float, stated_m_s: float | None) -> Iterator[Remark]:

@@ -167,8 +167,12 @@ BELOW_LEAST_CLEAR = Row("low_wind", _SERIOUS,
 _TANDEM = (
     "no crane lifts it alone; {first} and {second} together would carry {load} and {other} at its place, {used:.0f} "
     "and {also:.0f} % of their load charts, with their hooks {apart:.1f} m apart: ")
-TANDEM = Row("tandem", _MINOR, _TANDEM + "such a lift has a plan of its own")
+TANDEM = Row("tandem", _MINOR, _TANDEM + "[rules.tandem] in the site file plans such lifts")
 TANDEM_TOO_HEAVY = Row("tandem", _MINOR, _TANDEM + "more than the {most:g} % that a lift with two cranes uses at most")
+BY_TWO_CRANES = Row("two_cranes", _MINOR,
+    "{first} and {second} carry it together: {level:.2f} and {also:.2f} t of it, up to {most:.2f} and {most_also:.2f} "
+    "t while it hangs {angle:g} degrees out of level, {used:.0f} and {used_also:.0f} % of their load charts, hooks "
+    "{apart:.1f} m apart. One person directs both, no other crane lifts, and one command stops both")
 FLIP_LEANS = Row("two_hooks", _MINOR,
     "is turned over between two hooks whose ropes lean by up to {lean:.1f} degrees: ask the crane's maker whether both "
     "hooks may carry one load so, or hold it on a longer beam")

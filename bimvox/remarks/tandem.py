@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from bimvox.planning.stage import refused_by_crane
-from bimvox.planning.tandem import MOST_SHARE, tandem_of
 from bimvox.records.lift import Status
 from bimvox.records.proof import Remark
 from bimvox.remarks import table
 from bimvox.remarks.subject import Subject, tonnes
+from bimvox.site.tandem import pairs_for, tandem_rules
 
 
 def tandem_lifts(subject: Subject) -> Iterator[Remark]:
@@ -21,10 +21,11 @@ def tandem_lifts(subject: Subject) -> Iterator[Remark]:
         part = site.components[lift.component]
         if lift.status is not Status.INFEASIBLE or part.lifting.no_gear or refused_by_crane(site, part) is None:
             continue
-        if (found := tandem_of(site, part)) is None:
+        if part.tandem is not None or not (pairs := pairs_for(site, part)):
             continue
+        found, most = pairs[0], tandem_rules(site.rules).most_share
         first, second = (site.cranes[number].name for number in found.cranes)
-        row = table.TANDEM if max(found.used) <= MOST_SHARE else table.TANDEM_TOO_HEAVY
+        row = table.TANDEM if max(found.used) <= most else table.TANDEM_TOO_HEAVY
         yield row(
             part,
             first=first,
@@ -34,5 +35,5 @@ def tandem_lifts(subject: Subject) -> Iterator[Remark]:
             used=100.0 * found.used[0],
             also=100.0 * found.used[1],
             apart=found.apart_m,
-            most=100.0 * MOST_SHARE,
+            most=100.0 * most,
         )

@@ -47,6 +47,7 @@ from bimvox.site.obstructions.many import blockers_of, cells_of_all
 from bimvox.site.obstructions.obstruction_set import EMPTY, OTHER, Box, Obstruction, ObstructionSet, Rows
 from bimvox.site.parts import component_of, entries_by_id, first_ids, order_hints
 from bimvox.site.site import CRANE_ID, GROUND_ID, Blocker, Rules, Site, SwingRule, digest_of, mast_id, top_layers
+from bimvox.site.tandem_choice import with_tandems
 from bimvox.site.work import work_of
 
 Parts = Sequence[tuple[Element, "NDArray[np.int32]"]]
@@ -146,7 +147,7 @@ def build_site(
         source=dict(model.source),
         notes=tuple(notes),
     )
-    return with_obstructions(_with_fixed_digests(site), obstructions, rasterise)
+    return with_obstructions(_with_fixed_digests(with_tandems(config, site)), obstructions, rasterise)
 
 
 def _areas(
@@ -352,6 +353,8 @@ def _with_fixed_digests(site: Site) -> Site:
         replace(first, name="") if first else None,
         *([[replace(crane, name="") for crane in others], lifted_by] if others else []),
         [c.hook_aside_vox for c in site.components],
+        *([[c.tandem for c in site.components]] if any(c.tandem for c in site.components) else []),
+        *([site.rules.tandem] if any(c.tandem for c in site.components) else []),
         # A policy does not depend on log sampling, crew times, truck loads or stacks.
         replace(
             site.rules,
@@ -372,6 +375,7 @@ def _with_fixed_digests(site: Site) -> Site:
             yard=None,
             props=None,
             two_hooks=None,
+            tandem=None,
         ),
     )
     fixed = digest_of(

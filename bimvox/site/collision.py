@@ -32,6 +32,7 @@ from bimvox.site.component import Component, IntVec, Shape, turned_aside, turnin
 from bimvox.site.default_rules import ALL_KEPT, SMALLER_CLEARANCES_M, Kept
 from bimvox.site.lifting import crane_for, permitted_share
 from bimvox.site.site import Site
+from bimvox.site.tandem import halves, over_both, tandem_rules
 
 NO_CEILING = np.zeros((0, 0), np.int32)
 """``hook_ceiling`` if only the grid's top limits the height."""
@@ -169,8 +170,11 @@ def hook_room(
         component: The load; None for the empty hook.
         turn: By how many quarters the load is turned. It is turned back there, so it may have any heading.
         slack_m: By how much a radius may be out of the crane's limits.
-        most_used: Share of the load chart that the load may use; None: that of the rules, or what its place needs.
+        most_used: Share of the load chart that the load may use; None: that of the rules, or what its place needs. Of a
+            load on two cranes, that of the rules for it counts.
     """
+    if component is not None and component.tandem is not None:
+        return _room_of_two(site, top, component, slack_m)
     if crane is not None:
         if most_used is None:
             most_used = _share(site, crane, component)
@@ -197,6 +201,20 @@ def hook_room(
     if forbidden.any():
         floor = np.where(forbidden, HOOK_FORBIDDEN, floor)
     return _HookRoom(floor, ceiling)
+
+
+def _room_of_two(site: Site, top: NDArray[np.int32], component: Component, slack_m: float) -> _HookRoom:
+    """Return the lowest and highest cell of the hook line of a part that two cranes hold: where both hooks may be."""
+    most_used = tandem_rules(site.rules).most_share
+    rooms = [
+        hook_room(site, site.cranes[half.crane], top, half, slack_m=slack_m, most_used=most_used)
+        for half in halves(site, component)
+    ]
+    floor = over_both(site, component, [room.floor for room in rooms], int(HOOK_FORBIDDEN)).max(axis=0)
+    highest = np.full(top.shape, site.shape[2], np.int32)
+    ceilings = [room.ceiling if room.ceiling.size else highest for room in rooms]
+    ceiling = over_both(site, component, ceilings, -1).min(axis=0)
+    return _HookRoom(np.where(floor > ceiling, HOOK_FORBIDDEN, floor).astype(np.int32), ceiling.astype(np.int32))
 
 
 def _share(site: Site, crane: TowerCrane, component: Component | None) -> float:

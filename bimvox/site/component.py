@@ -102,6 +102,20 @@ class Lifting:
 USUAL_LIFTING = Lifting()
 
 
+@dataclass(frozen=True, slots=True)
+class Tandem:
+    """How two cranes hold a part.
+
+    Attributes:
+        second: Index in ``Site.cranes`` of the second crane.
+        points_m: Where the first one holds it, then where the second one does: (x, y, z) on its top with the part at
+            its place, metres in the site frame. Its centre of mass is below the line between them.
+    """
+
+    second: int
+    points_m: tuple[tuple[float, float, float], tuple[float, float, float]]
+
+
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Component:
     """One part to be lifted; fields that an ``Element`` has too are those of its element.
@@ -134,6 +148,8 @@ class Component:
             the greater one counts.
         flip_rise_vox: How far it is lifted level before it is turned over between two hooks; 0: if it lies, it is
             upended about its foot.
+        tandem: The second crane that carries it together with ``crane``, and where each holds it; None: ``crane`` alone
+            carries it.
     """
 
     index: int
@@ -171,6 +187,7 @@ class Component:
     spans: bool = field(default=False, metadata=SPARSE)
     doubted_kg: tuple[float, ...] = field(default=(), metadata=SPARSE)
     flip_rise_vox: int = field(default=0, metadata=SPARSE)
+    tandem: Tandem | None = field(default=None, metadata=SPARSE)
 
     def __repr__(self) -> str:
         return f"<Component {self.label}: {self.ifc_class}, {self.mass_kg / 1000:.3g} t>"

@@ -7,6 +7,7 @@ the site file is kept by every lift, or the lift is infeasible.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import radians
 from typing import Final, NamedTuple
 
 from bimvox.sparse import SPARSE
@@ -146,6 +147,19 @@ class FlipRules:
     most_share: float = 0.75
     turn_s: float = 120.0
     unhook_s: float = 90.0
+
+
+@dataclass(frozen=True, slots=True)
+class TandemRules:
+    """How two cranes carry a part together; ``TandemConfig``, the table of the site file, says what it means.
+
+    The share of 75 % is professional judgement, and usual; Queensland's code asks for 20 % more than the calculated
+    share. How the load out of level moves mass from hook to hook follows from its geometry (ICSA N002, annex 1). While
+    it is raised, 2 to 5 degrees are typical (H&J Engineering, dual lift calculator).
+    """
+
+    most_share: float = 0.75
+    off_level_rad: float = radians(3.0)
 
 
 HEADROOM_M: Final = 2.0

@@ -29,7 +29,7 @@ from bimvox.site.casting import (
 )
 from bimvox.site.component import Component
 from bimvox.site.crew_times import FIELD_TIMES, TimesByWork
-from bimvox.site.default_rules import FlipRules, Kept, YardRules
+from bimvox.site.default_rules import FlipRules, Kept, TandemRules, YardRules
 from bimvox.site.means import Means
 from bimvox.site.moving import Moving
 from bimvox.site.props import PropRules
@@ -76,6 +76,7 @@ class Rules:
         order_search: Whether a faster erection sequence than the greedy one is searched.
         yard: How parts lie in the yard; None: a cell apart and never on each other.
         two_hooks: How parts are turned over between two hooks; None: none is.
+        tandem: How two cranes carry a part together; None: they carry none.
     """
 
     clearance_m: float = 0.0
@@ -112,6 +113,7 @@ class Rules:
     curing: Curing | None = field(default=None, metadata=SPARSE)
     props: PropRules | None = field(default=None, metadata=SPARSE)
     two_hooks: FlipRules | None = field(default=None, metadata=SPARSE)
+    tandem: TandemRules | None = field(default=None, metadata=SPARSE)
     order_search: bool = True
 
     def kept_m(self, rule: str, kept: Kept) -> float:

@@ -80,7 +80,7 @@ def _notes(console: Console, document: Document, _: bool) -> None:
 GROSS = "capacities are gross: gear and hook block count as load"
 LIFT: dict[str, Column] = {
     "lift": "number",
-    "crane": "crane",
+    "crane": lambda lift: " + ".join(lift.get("tandem", {}).get("names", [lift.get("crane") or ""])),
     "part": lambda lift: lift["name"] or lift["ifc_class"],
     "t": rounded("mass_kg", 2, per=1000.0),
     "t on hook": lambda lift: _rounded(lift, "load_kg", 2, per=1000.0),

@@ -22,13 +22,13 @@ from bimvox.motion.steps import steps_of
 from bimvox.planning.stage import refused_by_crane
 from bimvox.policy.choice import PolicyInUse
 from bimvox.progress import Progress
-from bimvox.records.lift import LiftPlan, infeasible_among
+from bimvox.records.lift import Lift, LiftPlan, infeasible_among
 from bimvox.records.motion import LiftMotion
 from bimvox.records.plan_dates import PlanDates
 from bimvox.records.steps import needed_by_ns, not_lifted_groups, set_up_documents
 from bimvox.records.unloading import deliveries_of
 from bimvox.remarks.proven_props import proven_props
-from bimvox.rendering.page.lifts import FLIP, governing
+from bimvox.rendering.page.lifts import FLIP, TANDEM, governing
 from bimvox.site.config.calendar import CalendarConfig, CostsConfig
 from bimvox.site.site import Site, names_by_id
 from bimvox.workers import Workers
@@ -118,6 +118,7 @@ def _document_of(
                 **_when(times, lift.order),
                 **({"with_jib": True} if lift.with_jib else {}),
                 **({"flip": FLIP.of(lift.flip)} if lift.flip else {}),
+                **({"tandem": _together(site, lift)} if lift.tandem else {}),
                 **({"planner": lift.planner} if lift.planner else {}),
                 **({"planner_note": lift.planner_note} if lift.planner_note else {}),
                 **({"crane": site.cranes[component.crane].name} if site.names_cranes else {}),
@@ -148,11 +149,17 @@ def _document_of(
     }
 
 
+def _together(site: Site, lift: Lift) -> dict[str, Any]:
+    """Return the share of each of the two cranes that carry a part, with their names."""
+    assert lift.tandem is not None
+    return TANDEM.of(lift.tandem) | {"names": [site.cranes[number].name for number in lift.tandem.cranes]}
+
+
 def _seen(site: Site, motion: LiftMotion | None) -> dict[str, Any]:
     """Return what governs a lift: the load on the hook, the gross capacity of the chart there, and the wind."""
     if motion is None:
         return {}
-    governs, wind = governing(site, motion), motion.wind
+    governs, wind = governing(site, motion), motion.least_wind
     return {
         "radius_m": round(governs["radius_m"], 3),
         "load_kg": round(governs["load_kg"], 1),

@@ -13,9 +13,10 @@ from bimvox.proof.clearance import MOTION_MARGIN
 from bimvox.proof.flip import FLIP
 from bimvox.proof.motion import CRANES_UNITS, UNITS
 from bimvox.proof.plan import CHECKS
+from bimvox.proof.tandem import TANDEM, TOGETHER
 
 ROOT = Path(__file__).parents[2]
-ASKED_FOR = (MOTION_MARGIN, FLIP, REST_MARGIN, YARD_MARGIN)
+ASKED_FOR = (MOTION_MARGIN, FLIP, TANDEM, TOGETHER, REST_MARGIN, YARD_MARGIN)
 ROOMS = ("proof", "log", "library", "remarks")
 NAMED_ELSEWHERE = {"plan.py", "motion.py", "values.py", "over_time.py"}
 """Modules of the proof whose checks are named in the three tables above, or by another check."""

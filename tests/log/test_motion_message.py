@@ -13,13 +13,13 @@ from bimvox.log.motion_message import LiftMotionMessage, Samples, add_samples, c
 
 def test_samples_are_the_same_bit_for_bit() -> None:
     log = tiny_log()
-    found: dict[int, Samples] = {}
+    found: dict[int, dict[str, Samples]] = {}
     for motion in log.motions:
         add_samples(found, motion_message(log.plan.site, motion).SerializeToString())
     assert sorted(found) == [motion.order for motion in log.motions]
     for motion in log.motions:
         time_ns, axes = motion.samples()
-        read_ns, read = found[motion.order]
+        ((read_ns, read),) = found[motion.order].values()
         assert (read_ns + motion.start_ns).tobytes() == time_ns.tobytes()
         assert read.tobytes() == axes.tobytes()
 
@@ -45,7 +45,7 @@ def test_any_values_come_back_by_the_code_in_the_schema(values: np.ndarray) -> N
 def test_two_motions_of_a_lift_and_damaged_columns_are_refused() -> None:
     log = tiny_log()
     message = motion_message(log.plan.site, log.motions[0])
-    found: dict[int, Samples] = {}
+    found: dict[int, dict[str, Samples]] = {}
     add_samples(found, message.SerializeToString())
     with pytest.raises(ValueError, match="lift 1 has two motions"):
         add_samples(found, message.SerializeToString())

@@ -660,9 +660,9 @@ def ends_ns(motion: LiftMotion) -> set[int]:
 
 def motion_with(data: bytes, change: Callable[[np.ndarray], np.ndarray]) -> bytes:
     """Return a message with the samples of a motion, with other axes."""
-    found: dict[int, Samples] = {}
+    found: dict[int, dict[str, Samples]] = {}
     add_samples(found, data)
-    ((time_ns, axes),) = found.values()
+    ((time_ns, axes),) = (own for by_crane in found.values() for own in by_crane.values())
     message = LiftMotionMessage.FromString(data)
     columns = (time_ns, *change(axes).T)
     for name, column in zip(("time_ns", "slew_rad", "radius_m", "height_m"), columns, strict=True):

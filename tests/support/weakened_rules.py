@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from bimvox.site.config.rules import MORE_IS_WEAKER, NONE_IS_WEAKER, RulesConfig
-from bimvox.site.default_rules import FlipRules
+from bimvox.site.default_rules import FlipRules, TandemRules
 from bimvox.site.site import SwingRule
 
 DEFAULT = RulesConfig().rules(has_crane=True)
@@ -28,6 +28,8 @@ def weakened(rules: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
         value = getattr(rules, field.name)
         if field.name == "two_hooks":
             value = value or FlipRules()
+        if field.name == "tandem":
+            value = value or TandemRules()
         if field.name in NONE_IS_WEAKER:
             continue
         if dataclasses.is_dataclass(value):

@@ -20,6 +20,7 @@ from bimvox.crane.tower_crane import TowerCrane
 from bimvox.proof.crane.distance import POSE_COLUMNS, least_distances
 from bimvox.proof.crane.way import LOOK_NS, STOP_EVERY_NS, CraneWay, Stops, way_of_crane
 from bimvox.proof.space import ALWAYS_NS
+from bimvox.proof.tandem import as_crane_sees
 from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion, PhaseName
 from bimvox.records.proof import Check
@@ -54,17 +55,19 @@ def check_cranes(
             times at which both poses are known are checked.
         workers: Share the work.
     """
-    ways = [
-        way_of_crane(site, number, [motion for motion in motions if motion.crane == number])
+    by_crane = {
+        number: [motion for motion in motions if motion.crane == number]
         for number in sorted({motion.crane for motion in motions})
-    ]
-    for one, other in combinations(ways, 2):
-        pair = _Pair(site, one, other, window_ns, is_whole)
-        if pair.begin_ns >= pair.end_ns:
+    }
+    for pair in combinations(by_crane, 2):
+        shared = frozenset.intersection(*(frozenset(motion.order for motion in by_crane[number]) for number in pair))
+        one, other = (way_of_crane(as_crane_sees(site, n), n, by_crane[n], shared) for n in pair)
+        both = _Pair(site, one, other, window_ns, is_whole)
+        if both.begin_ns >= both.end_ns:
             continue
-        check.add(pair.undisturbed())
-        with workers.knowing(pair):
-            found = workers.run(_Pair.stopped, [(pair, part) for part in in_chunks(pair.moments(), workers.count)])
+        check.add(both.undisturbed())
+        with workers.knowing(both):
+            found = workers.run(_Pair.stopped, [(both, part) for part in in_chunks(both.moments(), workers.count)])
         for part in found:
             check.add(part)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -199,38 +199,43 @@ class CraneWay:
         return next((one for one in reversed(self.drives) if one.start_ns <= time_ns), self.drives[0])
 
 
-def way_of_crane(site: Site, number: int, motions: Sequence[LiftMotion]) -> CraneWay:
+def way_of_crane(site: Site, number: int, motions: Sequence[LiftMotion], shared: Collection[int] = ()) -> CraneWay:
     """Return the poses of one of a site's cranes over time.
 
     Args:
         site: The site.
         number: Of the crane in ``Site.cranes``.
         motions: Its motions, at least one.
+        shared: Orders of lifts whose load does not count, because the other crane carries it too.
     """
     crane = site.cranes[number]
     motions = sorted(motions, key=lambda motion: motion.start_ns)
     samples = [motion.samples() for motion in motions]
     time_ns = np.concatenate([times for times, _ in samples])
     axes = np.concatenate([values for _, values in samples])
-    once = np.concatenate([[True], np.diff(time_ns) > 0])
+    once = np.concatenate([[True], time_ns[1:] > np.maximum.accumulate(time_ns)[:-1]])  # forged motions may overlap
     swing = [piece for motion in motions for piece in _swing_of(site, crane, motion)]
     return CraneWay(
         crane,
         tuple(_Drive(one.start_ns, one.end_ns, one.order, one.component) for one in motions),
         time_ns[once],
         axes[once],
-        _hung_by(site, crane, motions),
+        _hung_by(site, crane, motions, shared),
         np.concatenate(swing, axis=1) if swing else np.empty((2, 0)),
         hung_on(site, crane, None) is not None,
     )
 
 
-def _hung_by(site: Site, crane: TowerCrane, motions: Sequence[LiftMotion]) -> tuple[_Hung, ...]:
+def _hung_by(
+    site: Site, crane: TowerCrane, motions: Sequence[LiftMotion], shared: Collection[int]
+) -> tuple[_Hung, ...]:
     """Return what hangs on the hook during motions in order of time: a load from its raising to its release."""
     size_m, empty_m = site.frame.voxel_size_m, crane_for(site, crane, None).sling_m
     loose = ((-_EMPTY_M, _EMPTY_M, -_EMPTY_M, _EMPTY_M), empty_m, empty_m)
     hung = [_Hung(motions[0].start_ns, *loose)]
     for motion in motions:
+        if motion.order in shared:
+            continue
         component = site.components[motion.component]
         rigged = crane_for(site, crane, component)
         x, y = (n + 0.5 for n in component.hook_line_vox[:2])

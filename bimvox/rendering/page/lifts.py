@@ -11,9 +11,10 @@ import numpy as np
 
 from bimvox.crane.kinematics import hook_of
 from bimvox.crane.sectors import capacities_kg, name_towards, utilisations
+from bimvox.motion.figures import capacity_used
 from bimvox.records.declared import LATER, Count, Maybe, Number, Record, Several
 from bimvox.records.lift import Lift, YardPlace
-from bimvox.records.motion import LiftMotion
+from bimvox.records.motion import LiftMotion, by_each_crane
 from bimvox.records.proof import CHECK, CLAIM
 from bimvox.records.steps import Step, needed_by_ns
 from bimvox.records.track import heading_in_words
@@ -23,6 +24,7 @@ from bimvox.site.component import Component
 from bimvox.site.config.validation import Point3
 from bimvox.site.lifting import hung_kg, permitted_for
 from bimvox.site.site import Site, names_by_id, with_names
+from bimvox.site.tandem import part_on
 
 _EPOCH = datetime(1970, 1, 1)
 
@@ -122,6 +124,23 @@ FLIP = Record(
 )  # fmt: skip
 
 
+TANDEM = Record(
+    "PageTandem",
+    "How two cranes carry a part together; each list has the first crane, then the second one.",
+    ("cranes", tuple[Count, ...], "Their numbers, from 0.", lambda it: list(it.cranes)),
+    ("load_kg", tuple[float, ...], "Share of its mass on each hook while it hangs level.",
+     lambda it: _rounded(it.load_kg)),
+    ("most_kg", tuple[float, ...], "The same while it hangs out of level.", lambda it: _rounded(it.most_kg)),
+    ("used", tuple[float, ...], "Largest share of each load chart, rigging and hook block included.",
+     lambda it: [round(one, 6) for one in it.used]),
+    ("radius_m", tuple[float, ...], "Largest radius of each hook.", lambda it: [round(one, 3) for one in it.radius_m]),
+    ("apart_m", float, "Distance of the two hooks.", lambda it: round(it.apart_m, 3)),
+    ("off_level_rad", float, "How far it may hang out of level."),
+    ("points_m", tuple[Point3, ...], "Where each holds it, with the part at its place.",
+     lambda it: [list(one) for one in it.points_m]),
+)  # fmt: skip
+
+
 def _rounded(masses_kg: Sequence[float]) -> list[float]:
     return [round(one, 1) for one in masses_kg]
 
@@ -170,6 +189,8 @@ LIFT = Record(
     ("turning_clearance_m", Maybe(float), "The same while it is turned in the yard.", "lift.turning_clearance_m"),
     ("flip", Maybe(FLIP), "How it is turned over between two hooks.",
      lambda it: None if it.lift.flip is None else FLIP.of(it.lift.flip), None),
+    ("tandem", Maybe(TANDEM), "How two cranes carry it together.",
+     lambda it: None if it.lift.tandem is None else TANDEM.of(it.lift.tandem), None),
     ("heading", Maybe(str), "How its heading is kept; null without a path.",
      lambda it: heading_in_words(it.lift, it.motion)),
     ("proven", Maybe(bool), "Whether the proof holds for it; null without a proof or a path.",
@@ -263,7 +284,7 @@ def proof_record(revision: Revision) -> dict[str, Any] | None:
 
 def _lifting(site: Site, component: Component, motion: LiftMotion | None) -> dict[str, Any]:
     """Return lifting points, sling height, gear, the wind in which the lift is permitted, and the swing in it."""
-    crane, wind = site.crane_of(component), None if motion is None else motion.wind
+    crane, wind = site.crane_of(component), None if motion is None else motion.least_wind
     permitted_m_s = None if crane is None else permitted_for(site, crane, component)
     rise_m = component.lifting.sling_rise_vox * site.frame.voxel_size_m
     return _LIFTING.made(
@@ -278,9 +299,13 @@ def _lifting(site: Site, component: Component, motion: LiftMotion | None) -> dic
 
 
 def governing(site: Site, motion: LiftMotion) -> dict[str, Any]:
-    """Return the governing sample: the furthest out of those with the highest utilisation, rigging included."""
+    """Return the governing sample: the furthest out of those with the highest utilisation, rigging included.
+
+    Of a lift by two cranes it is of the one that uses more of its load chart.
+    """
+    motion = max(by_each_crane([motion]), key=lambda one: capacity_used(site, one))
     crane = site.cranes[motion.crane]
-    mass_kg = hung_kg(crane, site.components[motion.component])
+    mass_kg = hung_kg(crane, part_on(site, motion.component, motion.crane))
     held = (motion.raising, motion.loaded)
     time_ns = np.concatenate([part.time_ns for part in held])
     slew_rad, radius_m = (np.concatenate([getattr(part, key) for part in held]) for key in ("slew_rad", "radius_m"))

@@ -64,6 +64,13 @@ _GUIDE = Record(
     ("ahead", Point2, "The direction of aside."),
     ("centre_m", Point3, "The centre of mass at its place."),
 )
+_SECOND = Record(
+    "PageSecond",
+    "The second crane of a part that two carry.",
+    ("crane", Count, "Its number, from 0."),
+    ("starts_s", float, "When its motion starts, from the lift's start; below zero before it."),
+    ("keys", NUMBERS, "Keyframes as those of the first crane, from that start on."),
+)
 MOTION = Record(
     "PageMotion",
     "A motion; times are seconds from the lift's start, linear between keyframes.",
@@ -76,6 +83,7 @@ MOTION = Record(
     ("yaw", Maybe(_TURN), "Its turn, if it is stored turned.", LATER),
     ("with_jib", Maybe(_WITH_JIB), "When it turns with the jib.", LATER, None),
     ("guide", Maybe(_GUIDE), "How people guide it.", LATER, None),
+    ("second", Maybe(_SECOND), "The second crane that carries it.", LATER, None),
     ("phases", tuple[tuple[str, float], ...], "Name and start of each phase.", LATER),
     ("lifted_s", float, "When it leaves its place.", lambda track: _seconds(track.lifted_ns - track.start_ns)),
     ("arrived_s", float, "When it is at its place.", lambda track: _seconds(track.arrived_ns - track.start_ns)),
@@ -91,6 +99,27 @@ def crane_motion(site: Site, motion: LiftMotion, track: LoadTrack, blob: Blob) -
     separate keyframes; after that its pose below the hook is constant.
     """
     crane = site.cranes[motion.crane]
+    hung = int(np.searchsorted(track.time_ns, motion.start_ns + int(motion.loaded.time_ns[0])))
+    below_m = track.corner_m[hung] - hook_of(
+        crane, motion.loaded.slew_rad[0], motion.loaded.radius_m[0], motion.loaded.height_m[0]
+    )
+    return {
+        "kind": "crane",
+        **({"crane": motion.crane} if site.names_cranes else {}),
+        "keys": _keys(crane, motion, track, blob),
+        "below_m": rounded(below_m),
+        "tip": _tip(site, track, motion, blob),
+        "yaw": _yaw(track, motion),
+        **({"with_jib": _with_jib(motion)} if track.lift.ever_with_jib else {}),
+        **({} if track.lift.guide is None else {"guide": _guide(track.lift.guide, crane, motion)}),
+        **({} if motion.second is None else {"second": _second(site, motion, motion.second, track, blob)}),
+        "phases": [[phase.name.value, _seconds(phase.start_ns - motion.start_ns)] for phase in motion.phases],
+        **MOTION.of(track),
+    }
+
+
+def _keys(crane: TowerCrane, motion: LiftMotion, track: LoadTrack, blob: Blob) -> Any:
+    """Return the keyframes of a crane's axes in a lift."""
     time_ns, axes = motion.samples()
     events = (track.lifted_ns, track.arrived_ns, track.assembled_ns)
     ends = [motion.start_ns + int(t) for part in motion.trajectories for t in (part.time_ns[0], part.time_ns[-1])]
@@ -101,22 +130,13 @@ def crane_motion(site: Site, motion: LiftMotion, track: LoadTrack, blob: Blob) -
         lambda values: hook_of(crane, values[..., 0], values[..., 1], values[..., 2]),
     )
     scale = np.array([ANGLE_STEPS_PER_RAD, LENGTH_STEPS_PER_M, LENGTH_STEPS_PER_M])
-    hung = int(np.searchsorted(track.time_ns, motion.start_ns + int(motion.loaded.time_ns[0])))
-    below_m = track.corner_m[hung] - hook_of(
-        crane, motion.loaded.slew_rad[0], motion.loaded.radius_m[0], motion.loaded.height_m[0]
-    )
-    return {
-        "kind": "crane",
-        **({"crane": motion.crane} if site.names_cranes else {}),
-        "keys": blob.put_steps(_rows(time_ns[chosen] - motion.start_ns, axes[chosen] * scale)),
-        "below_m": rounded(below_m),
-        "tip": _tip(site, track, motion, blob),
-        "yaw": _yaw(track, motion),
-        **({"with_jib": _with_jib(motion)} if track.lift.ever_with_jib else {}),
-        **({} if track.lift.guide is None else {"guide": _guide(track.lift.guide, crane, motion)}),
-        "phases": [[phase.name.value, _seconds(phase.start_ns - motion.start_ns)] for phase in motion.phases],
-        **MOTION.of(track),
-    }
+    return blob.put_steps(_rows(time_ns[chosen] - motion.start_ns, axes[chosen] * scale))
+
+
+def _second(site: Site, motion: LiftMotion, second: LiftMotion, track: LoadTrack, blob: Blob) -> dict[str, Any]:
+    """Return the motion of the second crane that carries a part."""
+    keys = _keys(site.cranes[second.crane], second, track, blob)
+    return _SECOND.made(second.crane, _seconds(second.start_ns - motion.start_ns), keys)
 
 
 def carried_motion(track: LoadTrack, blob: Blob) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from bimvox.crane.kinematics import joints_of
 from bimvox.crane.links import Line, Vec3, counter_jib_m, links_of, struts
 from bimvox.crane.tower_crane import CranePose, TowerCrane, tip_height_m
-from bimvox.records.motion import LiftMotion, stays_of
+from bimvox.records.motion import LiftMotion, by_each_crane, stays_of
 from bimvox.rendering.colours import CONCRETE, CRANE, CRANE_EDGE, ROPE
 from bimvox.rendering.pictures.scene import Block, Layer, Strokes
 from bimvox.site.component import Rgb
@@ -52,7 +52,7 @@ def poses_at(site: Site, motions: Sequence[LiftMotion], time_ns: int) -> dict[in
         stays = stays_of(motions)
         there = [stay.crane for stay in (*stays[:1], *(one for one in stays if one.from_ns <= time_ns))][-1:]
     for number in there:
-        own = [motion for motion in motions if motion.crane == number]
+        own = [motion for motion in by_each_crane(motions) if motion.crane == number]
         begun = [motion for motion in own if motion.start_ns <= time_ns]
         if own:
             motion = max(begun, key=lambda motion: motion.start_ns) if begun else own[0]

@@ -15,7 +15,7 @@ from bimvox.records.motion import LiftMotion
 from bimvox.records.track import LoadTrack
 from bimvox.rendering.colours import ARRIVED, ASSEMBLED, IN_TRANSIT, START_BOX, TARGET_BOX, UNBUILT
 from bimvox.rendering.pictures.cranes import poses_at, site_cranes
-from bimvox.rendering.pictures.plan import LIFT_LEGEND, no_path_error, path_strokes, top_corners_m
+from bimvox.rendering.pictures.plan import LIFT_LEGEND, held_m, no_path_error, path_strokes, top_corners_m
 from bimvox.rendering.pictures.scene import Block, Canvas, Layer, LegendEntry, Scene
 from bimvox.rendering.pictures.site import (
     boxes_strokes,
@@ -108,8 +108,8 @@ class Film:
         for own in now:
             turned, load_m = self._paint_part(canvas, own, time_ns)
             blocks += turned
-            if own.lifted_ns <= time_ns < own.assembled_ns:
-                loads_m[self.site.components[own.lift.component].crane] = load_m
+            if load_m is not None and own.lifted_ns <= time_ns < own.assembled_ns:
+                loads_m |= held_m(self.site, self.site.components[own.lift.component], load_m)
         parts = site_cranes(self.site, self.poses(time_ns), loads_m)
         assert lift.place is not None
         strokes = [

@@ -30,6 +30,7 @@ from bimvox.rendering.words import counted, hours
 from bimvox.site.component import Component, IntVec, turned_cells
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
+from bimvox.site.tandem import part_on
 from bimvox.units import clock
 
 FEW = 12
@@ -196,7 +197,8 @@ def _under_way(
     )
     poses, loads_m = dict(others.poses), dict(others.loads_m)
     if pose is not None:
-        poses[component.crane], loads_m[component.crane] = pose, top_corners_m(site, component, at)
+        poses[component.crane] = pose
+        loads_m |= held_m(site, component, top_corners_m(site, component, at))
     return painted_scene(site, canvas, site_cranes(site, poses, loads_m), strokes, legend, site.name, caption)
 
 
@@ -235,7 +237,8 @@ def _others_at(
         elif motion is not None and time_ns >= start_ns:
             at, _ = _load_at(site, other, motion, (time_ns - start_ns) / max(set_ns - start_ns, 1))
             result.carried.append((other, at))
-            result.loads_m[motion.crane] = top_corners_m(site, site.components[other.component], at)
+            part = site.components[other.component]
+            result.loads_m.update(held_m(site, part, top_corners_m(site, part, at)))
         # A delivery arrives after all lifts of earlier ones, so the yard holds only this lift's delivery.
         elif other.in_yard and lift.place and other.in_yard.delivery == lift.place.delivery:
             result.stored.append(other)
@@ -248,7 +251,8 @@ def path_m(site: Site, lift: Lift, motion: LiftMotion | None) -> NDArray[np.floa
     middle = np.array(component.shape.size_vox) / 2.0
     if motion is not None and site.cranes:
         loaded, crane = motion.loaded, site.cranes[motion.crane]
-        load = load_frame(crane_for(site, crane, component), site.frame, component.hook_line_vox)
+        half = part_on(site, lift.component, motion.crane)
+        load = load_frame(crane_for(site, crane, half), site.frame, half.hook_line_vox)
         cells = cells_of_axes(load, loaded.axes)
     else:
         assert lift.path_vox is not None
@@ -272,7 +276,6 @@ def path_strokes(site: Site, lift: Lift, motion: LiftMotion | None, *, strong: b
 
 def _load_at(site: Site, lift: Lift, motion: LiftMotion | None, share: float) -> tuple[IntVec, CranePose | None]:
     """Return the load's cell at a share of its carrying time, and the crane's pose."""
-    component = site.components[lift.component]
     assert lift.path_vox is not None
     share = min(max(share, 0.0), 1.0)
     if motion is None or not site.cranes:
@@ -281,7 +284,8 @@ def _load_at(site: Site, lift: Lift, motion: LiftMotion | None, share: float) ->
     loaded = motion.loaded
     time = loaded.time_ns[0] + share * float(loaded.time_ns[-1] - loaded.time_ns[0])
     axes = np.array([np.interp(time, loaded.time_ns, axis) for axis in loaded.axes.T])
-    load = load_frame(crane_for(site, site.cranes[motion.crane], component), site.frame, component.hook_line_vox)
+    half = part_on(site, lift.component, motion.crane)
+    load = load_frame(crane_for(site, site.cranes[motion.crane], half), site.frame, half.hook_line_vox)
     x, y, z = (round(float(n)) for n in cells_of_axes(load, axes))
     return (x, y, z), CranePose(*axes.tolist())
 
@@ -303,6 +307,18 @@ def _transit_ns(motion: LiftMotion) -> tuple[int, int]:
 def _time_ns(motion: LiftMotion, share: float) -> int:
     start_ns, set_ns = _transit_ns(motion)
     return start_ns + round(min(max(share, 0.0), 1.0) * (set_ns - start_ns))
+
+
+def held_m(site: Site, component: Component, corners_m: NDArray[np.float64]) -> dict[int, NDArray[np.float64]]:
+    """Return where the slings of each crane that carries a part are attached, by the crane's index.
+
+    ``corners_m``: its top where it hangs, as ``top_corners_m``. Two cranes hold it at one point each.
+    """
+    if component.tandem is None:
+        return {component.crane: corners_m}
+    moved = corners_m[0] - top_corners_m(site, component, component.target_vox)[0]
+    points_m = (np.array([point]) + moved for point in component.tandem.points_m)
+    return dict(zip((component.crane, component.tandem.second), points_m, strict=True))
 
 
 def top_corners_m(site: Site, component: Component, at: IntVec) -> NDArray[np.float64]:

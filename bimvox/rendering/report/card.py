@@ -19,6 +19,7 @@ from bimvox.rendering.report.words import fixed, named, span, tonnes
 from bimvox.rendering.words import PHASES, escape
 from bimvox.site.areas import PLAN, hull, outline, rounded
 from bimvox.site.component import Component
+from bimvox.site.tandem import cranes_of
 from bimvox.site.work import Work, work_of
 from bimvox.units import clock
 
@@ -77,7 +78,7 @@ def _drawing(revision: Revision, drawing: dict[str, Any], lift: dict[str, Any], 
         "below_loads": outline(below_load(site, track)),
         "falling_loads": outline(fall_zone(site, track)),
         "heavy": [own | {"plan": outline(hull(part.mesh, PLAN)), "at_m": rounded(part.mesh.bounds_m.mean(axis=0)[:2])}],
-        "cranes": [drawing["cranes"][part.crane]],
+        "cranes": [drawing["cranes"][number] for number in cranes_of(part)],
         "distances_m": [],
     }
 
@@ -95,7 +96,8 @@ def _clearances(lift: dict[str, Any], rules: dict[str, Any]) -> str:
 
 def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> list[tuple[str, str]]:
     governs, lifting = lift["governs"], lift["lifting"]
-    machine = [record["crane"], *record.get("other_cranes", [])][part.crane]
+    machines, shared = [record["crane"], *record.get("other_cranes", [])], lift.get("tandem")
+    machine = machines[part.crane]
     size = " x ".join(f"{side:.2f}" for side in sorted(sizes_m(part.mesh), reverse=True))
     used = number(governs["utilisation"], f"{100.0 * (governs['utilisation'] or 0.0):.1f} %", "utilisation")
     wind = number(lifting["permitted_wind_m_s"], f"{lifting['permitted_wind_m_s']:.1f} m/s", "permitted_wind_m_s")
@@ -119,7 +121,10 @@ def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> lis
             "Category",
             escape(f"{lift['category']}" + (f": {', '.join(lift['category_why'])}" if lift["category_why"] else "")),
         ),
-        ("Crane", f"{escape(machine['name'])}, jib {machine['jib_length_m']:.4g} m, {machine['falls']} falls"),
+        *(
+            ("Crane", f"{escape(one['name'])}, jib {one['jib_length_m']:.4g} m, {one['falls']} falls")
+            for one in ([machine] if shared is None else [machines[number] for number in shared["cranes"]])
+        ),
         ("On the hook", f"{value(governs, 'load_kg', tonnes)} t with rigging and hook block"),
         (
             "Radius",
@@ -131,6 +136,7 @@ def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> lis
         ("Rigging", _gear(lifting, machine)),
         ("Stored", f"{place}; hook at {_point(lift['pick'])}"),
         *_flip(lift),
+        *_tandem(lift, machines),
         ("Set", f"hook at {_point(lift['set'])}"),
         ("Wind", f"up to {wind} (gust)" + (f"; heading {escape(lift['heading'])}" if lift["heading"] else "")),
         ("Clearance", _clearances(lift, rules)),
@@ -155,6 +161,24 @@ def _flip(lift: dict[str, Any]) -> list[tuple[str, str]]:
     clear = number(flip["clear_m"], f"{flip['clear_m']:.2f} m", "clear_m")
     lean = f"ropes up to {degrees(flip['lean_rad']):.1f}° off the vertical"
     return [("Two hooks", f"{shares} of its mass; used at most: {used}; {clear} clear of the ground; {lean}")]
+
+
+def _tandem(lift: dict[str, Any], machines: Sequence[dict[str, Any]]) -> list[tuple[str, str]]:
+    """Return the share of each of the two cranes that carry a part; nothing if one does."""
+    if (shared := lift.get("tandem")) is None:
+        return []
+    found = []
+    rows = zip(*(shared[key] for key in ("cranes", "load_kg", "most_kg", "used", "radius_m", "points_m")), strict=True)
+    for crane, level_kg, most_kg, used, radius_m, (x, y, z) in rows:
+        share = number(used, f"{100.0 * used:.0f} %", "used")
+        words = (
+            f"{tonnes(level_kg)} t of its mass level, {tonnes(most_kg)} t at most; uses {share} of its load chart, "
+            f"radius up to {radius_m:.2f} m; holds it at x {fixed(x, 2)}, y {fixed(y, 2)}, z {fixed(z, 2)} m"
+        )
+        found.append((f"Share of {escape(machines[crane]['name'])}", words))
+    apart = number(shared["apart_m"], f"{shared['apart_m']:.2f} m", "apart_m")
+    level = f"out of level by up to {degrees(shared['off_level_rad']):.1f}°"
+    return [*found, ("Two hooks", f"{apart} apart, ropes upright, in time with each other; {level}; no other lift")]
 
 
 def _outrigger(lift: dict[str, Any]) -> list[tuple[str, str]]:
@@ -207,6 +231,9 @@ def _ticks(record: dict[str, Any], lift: dict[str, Any], part: Component) -> str
     lies, over = lift["stored"] not in (None, "as_built"), lift.get("flip") is not None
     lines += ["Foot bedded and held for upending; nobody where the part may fall"] * (lies and not over)
     lines += ["Auxiliary hook fitted; both loads read while it turns; nobody where its foot swings"] * over
+    lines += ["One person directs both cranes; both loads read at the trial lift; one command stops both"] * (
+        lift.get("tandem") is not None
+    )
     lines += ["Braces and fixings at hand; slings come off only when they hold"] * (work_of(part) in _STANDING)
     lines += ["Signaller in place, radio tested: the operator does not see the load"] * any(
         one["order"] == lift["order"] for one in record["blind"]

@@ -16,7 +16,7 @@ from bimvox.crane.tower_crane import AxisLimits, TowerCrane
 from bimvox.grid.frame import Label
 from bimvox.motion.figures import driven_rates, hook_travel_m, plan_figures
 from bimvox.records.lift import Lift, Status
-from bimvox.records.motion import LiftMotion, PhaseName
+from bimvox.records.motion import LiftMotion, PhaseName, by_each_crane
 from bimvox.records.plan_dates import PlanDates
 from bimvox.records.steps import Steps, not_lifted_groups, set_up_documents
 from bimvox.remarks.cranes import least_height_m
@@ -32,6 +32,7 @@ from bimvox.rendering.report.support import out_of_service, supports_of, survey_
 from bimvox.site.catalogue import machine_called
 from bimvox.site.config.project import ProjectConfig
 from bimvox.site.site import Site
+from bimvox.site.tandem import cranes_of
 from bimvox.site.work import work_of
 
 FORMAT = 1
@@ -209,7 +210,7 @@ def _crane(revision: Revision, number: int) -> dict[str, Any]:
         "working_range": _values(crane.working_range, "slew_rad", "radius_m", "highest_hook_m"),
         "slow_zones": [zone.share for zone in crane.slow_zones],
         **_values(crane, "slewing", "trolley", "hoist"),
-        "driven": driven_rates([motion for motion in revision.motions if motion.crane == number]),
+        "driven": driven_rates([one for one in by_each_crane(revision.motions) if one.crane == number]),
         "chart": _chart(crane.chart),
         "carrier": crane.carrier and _carrier(crane.carrier),
     }
@@ -413,9 +414,11 @@ def blind_lifts(revision: Revision) -> list[dict[str, Any]]:
         target = part.shape.cells + np.array(part.target_vox)
         if lift.status is Status.PLANNED and lift.place is not None:
             stored = lift.place.shape.cells + np.array(lift.place.cell_vox)
-            crane = site.cranes[part.crane]
+            cranes = [site.cranes[number] for number in cranes_of(part)]
             hidden = [
-                where for where, cells in (("pick", stored), ("set", target)) if _hidden(site, crane, cells, taken)
+                where
+                for where, cells in (("pick", stored), ("set", target))
+                if any(_hidden(site, crane, cells, taken) for crane in cranes)
             ]
             if hidden:
                 result.append({"number": lift.number, "order": lift.order, "hidden": hidden})

@@ -154,6 +154,13 @@ def _risks(record: dict[str, Any]) -> list[_Risk]:
         _Risk("Overload", why("critical by its utilisation") + (f"; at most {100.0 * used:.0f} %" if used else ""),
               f"load, gear and hook block against the chart at every sample; up to {100.0 * most:g} % permitted",
               "rated capacity limiter in force; the load is weighed at the trial lift"),
+        *(
+            [_Risk("Load shared by two cranes", _lifts(by_two),
+                   "share of each by statics, level and out of level, against a part of both load charts; both hooks "
+                   "in time with each other, no other lift meanwhile",
+                   "one person directs both; both loads read all the way; one command stops both")]
+            if (by_two := [lift for lift in planned if lift.get("tandem") is not None]) else []
+        ),
         _Risk("Wrong mass", _lifts(unstated) + " without a stated mass",
               "assumed on the safe side, with a remark where it decides",
               "weigh the first part of each kind; compare with the delivery note"),

@@ -25,6 +25,7 @@ from bimvox.crane.carrier import Stand
 from bimvox.crane.ground import G_M_S2
 from bimvox.crane.outline import CraneOutline, outline_of
 from bimvox.errors import listed
+from bimvox.records.motion import by_each_crane
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms, value
 from bimvox.rendering.report.outriggers import most_kn, pads_of, pads_table
@@ -36,6 +37,7 @@ from bimvox.site.config.site_config import ModelConfig, SiteConfig
 from bimvox.site.lifting import hung_kg
 from bimvox.site.map_frame import map_of_model, set_out
 from bimvox.site.site import Site
+from bimvox.site.tandem import part_on
 
 OUTRIGGER_SHARE = 0.65
 _MISSING = "not stated by the machine file: from the manufacturer"
@@ -53,10 +55,10 @@ def supports_of(revision: Revision) -> list[dict[str, Any]]:
     site, given = revision.plan.site, revision.config.support if revision.config else ()
     result = []
     for index, crane in enumerate(site.cranes):
-        own = [motion for motion in revision.motions if motion.crane == index]
+        own = [motion for motion in by_each_crane(revision.motions) if motion.crane == index]
         if not own:
             continue
-        hung = {motion.order: hung_kg(crane, site.components[motion.component]) for motion in own}
+        hung = {motion.order: hung_kg(crane, part_on(site, motion.component, index)) for motion in own}
         radius_m = {m.order: float(max(m.raising.radius_m.max(), m.loaded.radius_m.max())) for m in own}
         worst = max(hung, key=lambda order: (hung[order] * radius_m[order], -order))
         inertia_kg_m2 = max(hung[order] * radius_m[order] ** 2 for order in hung)

@@ -23,12 +23,13 @@ from bimvox.site.default_rules import (
     TRUCK_M,
     USUAL_YARD,
     FlipRules,
+    TandemRules,
     YardRules,
 )
 from bimvox.site.props import FIELD_PROPS, PROP_TYPES, PropKind, PropRules, PropType
 from bimvox.site.site import HeadingRule, Rules, SwingRule
 
-_RULES, _FLIP = Rules(), FlipRules()
+_RULES, _FLIP, _TANDEM = Rules(), FlipRules(), TandemRules()
 
 
 Pause = Annotated[NotNegative, Field(le=86_400.0)]
@@ -262,6 +263,19 @@ class TwoHooksConfig(Table):
         return FlipRules(**self.model_dump())
 
 
+class TandemConfig(Table):
+    """How two cranes of the site carry a part together. With this table, they carry what none of them carries alone."""
+
+    most_share: Annotated[Positive, Field(le=1.0)] = _TANDEM.most_share
+    """Share of each load chart that may be used."""
+    off_level_deg: Annotated[NotNegative, Field(le=15.0)] = round(math.degrees(_TANDEM.off_level_rad), 9)
+    """How far the load may hang out of level while it is carried; it moves mass from one hook to the other."""
+
+    def value(self) -> TandemRules:
+        """Return the table as a value for the planner."""
+        return TandemRules(self.most_share, math.radians(self.off_level_deg))
+
+
 class RulesConfig(Table):
     """The rules of the site; clearances are rounded up to whole cells."""
 
@@ -316,6 +330,9 @@ class RulesConfig(Table):
     crane that has an auxiliary one."""
     two_hooks: TwoHooksConfig | None = None
     """How that is done. Default: the table's, if ``flip`` asks for it anywhere."""
+    tandem: TandemConfig | None = None
+    """Two cranes carry together what none carries alone. Default: they do not, but where ``[[component]] tandem`` asks
+    for it."""
     heading: Literal["kept", "with_jib"] = _RULES.heading.value
     """``kept``: tag lines keep the heading of loads. ``with_jib``: loads turn with the jib where there is room."""
     swing: Literal["shaped", "off"] = _RULES.swing.value
@@ -365,6 +382,7 @@ class RulesConfig(Table):
         own["upend_s"] = (UPEND_S if has_crane else 0.0) if self.upend_s is None else self.upend_s
         asked = self.flip == "two_hooks" or self.two_hooks is not None
         own["two_hooks"] = (self.two_hooks or TwoHooksConfig()).value() if asked and has_crane else None
+        own["tandem"] = self.tandem.value() if self.tandem is not None and has_crane else None
         given = self.model_dump(exclude={"sling_angle_deg", "flip"}) | own
         for key in _AS_IN_TRANSIT:
             given[key] = given["transit_clearance_m"] if given[key] is None else given[key]
@@ -489,6 +507,8 @@ def _pairs(prefix: str, own: Any, usual: Any) -> Iterator[tuple[str, Any, Any]]:
             one, other = one or _NO_PROPS, other or _NO_PROPS
         if field.name == "two_hooks":  # None: no part is turned over so
             one, other = one or _FLIP, other or _FLIP
+        if field.name == "tandem":  # None: no part is carried so
+            one, other = one or _TANDEM, other or _TANDEM
         if is_dataclass(other):
             yield from _pairs(f"{key}.", one, other)
         else:

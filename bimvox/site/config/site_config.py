@@ -23,7 +23,7 @@ from bimvox.site.config.calendar import CalendarConfig, CostsConfig
 from bimvox.site.config.crane import SET_UP_KEYS, CraneConfig
 from bimvox.site.config.kind_file import corrections_in
 from bimvox.site.config.project import MOST_SUPPORTS, ProjectConfig, SupportConfig
-from bimvox.site.config.rules import RiggingConfig, RulesConfig, TwoHooksConfig, YardConfig
+from bimvox.site.config.rules import RiggingConfig, RulesConfig, TandemConfig, TwoHooksConfig, YardConfig
 from bimvox.site.config.validation import (
     A_FILE,
     ONE,
@@ -182,6 +182,8 @@ class ComponentConfig(Table):
     """Quarter turns of the stored part, counter-clockwise, after its ``pose``. Default: 0, or 1 if it fits only so."""
     flip: Literal["foot", "two_hooks"] | None = None
     """How it is upended. With ``two_hooks`` and without a ``pose``, it comes lying flat. Default: ``rules.flip``."""
+    tandem: Flag | None = None
+    """Whether two cranes carry it together. Default: with ``[rules.tandem]``, if none carries it alone."""
     before: tuple[Text, ...] = ()
     """Ids of parts that are set later."""
     after: tuple[Text, ...] = ()
@@ -205,10 +207,10 @@ class ComponentConfig(Table):
     @model_validator(mode="after")
     def _liftable(self) -> Self:
         given = self.start or self.pose or self.turn or self.before or self.after or self.crane
-        if self.pinned and (given or self.setup or self.means or self.kind or self.mass_kg or self.flip):
+        if self.pinned and (given or self.setup or self.means or self.kind or self.mass_kg or self.flip or self.tandem):
             raise ValueError(
-                "a pinned part is not lifted: remove its start, pose, turn, flip, before, after, crane, setup, means, "
-                "kind, mass_kg"
+                "a pinned part is not lifted: remove its start, pose, turn, flip, tandem, before, after, crane, setup, "
+                "means, kind, mass_kg"
             )
         return self
 
@@ -458,6 +460,8 @@ class SiteConfig(Table):
         given, asked = self.rules, any(one.flip == "two_hooks" for one in self.component)
         if asked and given.two_hooks is None:
             given = given.model_copy(update={"two_hooks": TwoHooksConfig()})
+        if given.tandem is None and any(one.tandem for one in self.component):
+            given = given.model_copy(update={"tandem": TandemConfig()})
         rules = given.rules(has_crane=any(crane.kind != "none" for crane in self.cranes) or self.crane is None)
         yard = None if self.yard is None else self.yard.rules()
         return replace(rules, yard=yard, order_search=self.sequence.search)

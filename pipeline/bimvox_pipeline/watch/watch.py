@@ -23,6 +23,7 @@ from bimvox.library.hand_over import is_of, may_go_to_others, with_cranes_of
 from bimvox.library.plan import policy_of, seed_of
 from bimvox.library.plan_value import write_log_file
 from bimvox.library.prove import plan_and_prove, prepared
+from bimvox.library.revise import insist_on_no_tandem
 from bimvox.library.site import LoadedSite, load_site
 from bimvox.library.verify import prove_plan
 from bimvox.live.tracks import NamedTraffic
@@ -82,6 +83,7 @@ def watch(
     inputs = [site, obstructions, *([] if programme is None else [programme])]
     check_output(target, inputs=inputs)
     loaded = load_site(site, progress, programme=programme)
+    insist_on_no_tandem(loaded.site)
     check_output(target, inputs=[*inputs, loaded.config.model.path])
     with workers_of(loaded.site, how.jobs) as workers:
         loaded, preparation = _prepared(target, loaded, progress, workers)

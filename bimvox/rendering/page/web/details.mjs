@@ -6,6 +6,12 @@ import { extent } from "./overlays.mjs";
 import { LOOKS, SCOPES, SEEN } from "./visibility.mjs";
 import { MASS_SOURCES, METHODS, STORED, classWords, clock, counted, degrees, digitsOf, elapsed, fixed, metres, nameOf, percent, point, sentence, span, tonnes, whole } from "./words.mjs";
 
+/** The share of each of the two cranes that carry a part, as rows. */
+function ofTwoCranes(tandem, cranes) {
+  const share = (n) => `${tonnes(tandem.load_kg[n])} level, ${tonnes(tandem.most_kg[n])} at most; ${fixed(tandem.used[n] * 100, 0)} % of its load chart`;
+  return [...tandem.cranes.map((crane, n) => [`Share of ${cranes[crane].name}`, share(n)]), ["Two hooks", `${metres(tandem.apart_m)} apart, in time with each other; no other lift meanwhile`]];
+}
+
 /** The shares of the mass on the two hooks that turn a part over, and how much of what they may carry they use. */
 function betweenHooks(flip) {
   const used = Math.max(flip.main_used, flip.auxiliary_used, flip.both_used);
@@ -170,7 +176,7 @@ export class Details {
       parts.push(
         el("h3", {}, "Time"),
         terms([
-          ["Crane", cranesOf(app.document).length > 1 ? cranesOf(app.document)[motion.crane ?? 0].name : null],
+          ["Crane", cranesOf(app.document).length > 1 ? [motion.crane ?? 0, ...(motion.second ? [motion.second.crane] : [])].map((n) => cranesOf(app.document)[n].name).join(" and ") : null],
           ["Begins", lift.begins_in_words ?? clock(lift.begins_s)],
           ["Whole lift", nominal ? `${span(motion.length_s)} (nominal, 1 s per move)` : span(motion.length_s)],
           ["Heading", lift.heading],
@@ -189,6 +195,7 @@ export class Details {
         ["Delivery", lift.delivery === null ? null : `no. ${lift.delivery + 1}`],
         ["Stored", STORED[lift.stored] ?? lift.stored],
         ["Two hooks", lift.flip ? betweenHooks(lift.flip) : null],
+        ...(lift.tandem ? ofTwoCranes(lift.tandem, cranesOf(app.document)) : []),
       ]),
     );
     const delivery = (app.plan.revision.deliveries ?? []).find(({ number }) => number === lift.delivery);

@@ -11,7 +11,12 @@ export function motionOf(record, numbers, scales) {
     const columns = columnsOf(numbers(record.tip.keys), [scales.time, scales.length, scales.angle, ...(record.tip.two_hooks ? [scales.length] : [])]);
     tip = { ...record.tip, time: columns[0], columns: columns.slice(1) };
   }
-  return { ...record, time, axes, tip };
+  let second = null;
+  if (record.second) {
+    const [at, ...own] = columnsOf(numbers(record.second.keys), [scales.time, axis, scales.length, scales.length]);
+    second = { ...record.second, kind: record.kind, time: at, axes: own };
+  }
+  return { ...record, time, axes, tip, second };
 }
 
 /** Values of columns at a time, interpolated between keyframes, constant before the first and after the last. */

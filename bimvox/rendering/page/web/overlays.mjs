@@ -27,7 +27,10 @@ export class Overlays {
     const { plan, layers, chosen, obstruction } = moment;
     const held = this._held(plan, moment.time);
     this._overlay("slings", [held.map((own) => own.order), layers.voxels, layers.crane], (lines) => {
-      if (layers.crane) for (const own of held) this._addSlings(lines, own.part, layers.voxels, plan.motionOf(own).crane ?? 0);
+      if (!layers.crane) return;
+      for (const own of held)
+        if (own.tandem) for (const crane of own.tandem.cranes) this._addSling(lines, crane);
+        else this._addSlings(lines, own.part, layers.voxels, plan.motionOf(own).crane ?? 0);
     });
     const about = [plan.revision.number, lift?.order, chosen, layers.targets, layers.boxes];
     this._overlay("boxes", about, (lines) => this._addBoxes(lines, moment, lift));
@@ -64,7 +67,7 @@ export class Overlays {
   /** The lifts whose part hangs on a hook. */
   _held(plan, time) {
     const own = this.scene.cranes.map((_, n) => plan.liftOf(n, time));
-    return own.filter((lift) => {
+    return [...new Set(own)].filter((lift) => {
       const motion = lift && plan.motionOf(lift);
       const since = lift ? time - lift.begins_s : 0;
       return motion && this._seen(lift) && motion.kind === "crane" && since >= motion.lifted_s && since < motion.assembled_s;
@@ -79,6 +82,12 @@ export class Overlays {
     const lines = new Lines();
     fill(lines);
     this.made[name] = { key, batch: lines.upload(this.scene.gl) };
+  }
+
+  /** A sling straight down from the hook of one of two cranes that hold a part. */
+  _addSling(lines, crane) {
+    const { first, record } = this.scene.cranes[crane];
+    lines.add([0, 0, 0], [0, 0, -record.sling_m], first + HOOK, first + HOOK, { rgba: INK.rope, width: 1.3, metres: 0.03 });
   }
 
   _addSlings(lines, n, voxels, crane) {

@@ -31,8 +31,12 @@ export class Plan {
     this.lifts = revision.lifts;
     this.motions = motions;
     this.timed = this.lifts.filter((lift) => lift.motion !== null).sort((a, b) => a.begins_s - b.begins_s || a.order - b.order);
-    this.cranes = Math.max(1, ...this.timed.map((lift) => (motions[lift.motion].crane ?? 0) + 1));
-    this.ofCrane = Array.from({ length: this.cranes }, (_, n) => this.timed.filter((lift) => (motions[lift.motion].crane ?? 0) === n));
+    const cranesOf = (lift) => [motions[lift.motion].crane ?? 0, ...(motions[lift.motion].second ? [motions[lift.motion].second.crane] : [])];
+    this.cranes = Math.max(1, ...this.timed.flatMap((lift) => cranesOf(lift).map((n) => n + 1)));
+    /** By crane, the lifts that it carries, alone or with another one. */
+    this.ofCrane = Array.from({ length: this.cranes }, (_, n) => this.timed.filter((lift) => cranesOf(lift).includes(n)));
+    /** By crane, its motions and when they begin: of a part that two cranes carry, each has its own. */
+    this.drives = this.ofCrane.map((lifts, n) => lifts.map((lift) => this._driveOf(lift, n)).sort((a, b) => a.begins_s - b.begins_s));
     this.ofPart = new Array(parts.length).fill(null);
     for (const lift of this.lifts) this.ofPart[lift.part] = lift;
     this.begins = revision.begins_s;
@@ -67,6 +71,17 @@ export class Plan {
 
   endOf(lift) {
     return lift.begins_s + this.motionOf(lift).length_s;
+  }
+
+  _driveOf(lift, crane) {
+    const motion = this.motions[lift.motion];
+    const { second } = motion;
+    return second?.crane === crane ? { begins_s: lift.begins_s + second.starts_s, motion: second } : { begins_s: lift.begins_s, motion };
+  }
+
+  /** What a crane drives at a time: its motion, and when that begins; null if it has none. */
+  driveOf(crane, time) {
+    return this._lastOf(this.drives[crane] ?? [], time);
   }
 
   /** The lift under way at a time: the last one that has begun; null if nothing is timed. With several cranes, a lift with its load on the hook takes precedence. */

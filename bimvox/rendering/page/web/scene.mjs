@@ -441,9 +441,8 @@ export class Scene {
 
   /** Slew, radius and height of a crane at a time. */
   poseOf(plan, n, time) {
-    const own = plan.liftOf(n, time);
-    const driven = own && plan.motionOf(own);
-    return driven && driven.kind === "crane" ? axesAt(driven, time - own.begins_s) : this.cranes[n].parked;
+    const own = plan.driveOf(n, time);
+    return own && own.motion.kind === "crane" ? axesAt(own.motion, time - own.begins_s) : this.cranes[n].parked;
   }
 
   /** The bounding box of parts at their places and in the yard, and of the cranes as they stand at a time; if some parts are hidden, of the others at their places. */
