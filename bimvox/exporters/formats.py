@@ -48,6 +48,8 @@ FORMATS = (
     Format("page", Source.LOG, ".page.json", "the data of the page, JSON"),
     Format("glb", Source.LOG, ".glb", "animated", ".glb"),
     Format("ros2", Source.LOG, ".ros2", "bag", ".ros2", is_folder=True),
+    Format("mjcf", Source.LOG, ".mjcf.xml", "one lift for MuJoCo: crane, rope and load, and its motion"),
+    Format("urdf", Source.LOG, ".urdf", "one lift as a robot with masses: crane, rope and load", ".urdf"),
     Format("layout", Source.LOG, ".layout.json", "panels for Foxglove-class viewers"),
     Format("ifc", Source.LOG, ".4d.ifc", "the building's own file with a 4D schedule", ".ifc", is_dated=True),
     Format("msproject", Source.LOG, ".project.xml", "XML", ".xml", is_dated=True),

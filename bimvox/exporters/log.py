@@ -11,9 +11,12 @@ from pathlib import Path
 from bimvox.errors import InputError
 from bimvox.exporters.animation import to_animated_glb
 from bimvox.exporters.csv_json import json_bytes, to_csv, to_mcap
+from bimvox.exporters.hung_load import hung_load_of
 from bimvox.exporters.ifc import with_schedule
 from bimvox.exporters.lift_schedule import LiftSchedule, schedule_of
+from bimvox.exporters.mjcf import mjcf
 from bimvox.exporters.ms_project import to_ms_project
+from bimvox.exporters.urdf import urdf
 from bimvox.log.layout import layout_bytes
 from bimvox.log.mcap.reader import read_contents
 from bimvox.log.plan_log import PlanLog, with_full_rate
@@ -73,6 +76,8 @@ WRITERS: dict[str, Callable[[Chosen], bytes]] = {
     "json": lambda chosen: json_bytes(chosen.part, chosen.dates),
     "full-rate": lambda chosen: to_mcap(with_full_rate(chosen.part)),
     "glb": lambda chosen: to_animated_glb(chosen.part),
+    "mjcf": lambda chosen: mjcf(hung_load_of(chosen.log, chosen.orders)),
+    "urdf": lambda chosen: urdf(hung_load_of(chosen.log, chosen.orders)),
     "layout": lambda chosen: layout_bytes(chosen.log.plan.site),
     "ifc": _with_schedule,
     "msproject": lambda chosen: to_ms_project(chosen.schedule),
