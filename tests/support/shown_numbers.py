@@ -93,7 +93,7 @@ def _header(seen: Seen, logged: Logged, found: Differences) -> None:
     told = logged.json["time"]
     time = f"{told['span_in_words']}, {told['hours_in_words']}" if told else "no crane"
     sha = hashlib.sha256(logged.log.read_bytes()).hexdigest()
-    planned = f"{counted(counts[0], 'lift')} planned, {counts[1]} infeasible"
+    planned = f"{counted(counts[0], 'lift')} planned, {counts[1]} refused"
     facts = f"{planned} · {time} · log {logged.log.name}, SHA-256 {sha[:12]}…"
     found.same("header", seen.text("#facts"), facts)
     kinds = [remark["severity"] for remark in logged.remarks]

@@ -79,7 +79,7 @@ def _summary(source: PageSource) -> str:
     """Return the plan in a sentence, for readers without scripts."""
     shown = source.revisions[-1]
     planned = sum(lift.path_vox is not None for lift in shown.lifts)
-    words = f"{counted(planned, 'lift')} planned, {shown.infeasible} infeasible"
+    words = f"{counted(planned, 'lift')} planned, {shown.infeasible} refused"
     if shown.times:
         words += ", {span_in_words}, {hours_in_words}".format(**shown.times.time)
     elif shown.motions:

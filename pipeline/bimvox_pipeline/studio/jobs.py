@@ -3,147 +3,51 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterable
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from bimvox.bim.read import IFC_SUFFIXES, MESH_SUFFIXES
 from bimvox.errors import InputError
-from bimvox.files import default_output
 from bimvox.processes import python_module, worker_environment
+from bimvox.site.component import ConstructionState
+from bimvox_pipeline.studio import state
+from bimvox_pipeline.studio.folder import Folder
 from bimvox_pipeline.studio.obstacles import file_of
-from bimvox_pipeline.studio.opened import SITE_SUFFIX
-from bimvox_pipeline.watch.log import segments_on_disk
-
-_MOST_FILES = 1000
-_DEEPEST = 4
-
-
-class Folder:
-    """A folder.
-
-    Args:
-        root: The folder; it exists.
-    """
-
-    def __init__(self, root: Path) -> None:
-        self.root = root.resolve()
-
-    def path(self, relative: object, *suffixes: str) -> Path:
-        """Return the path of a file below the folder, links followed.
-
-        Raises:
-            InputError: If it is outside, or ends otherwise than with one of the suffixes.
-        """
-        if not isinstance(relative, str) or not relative or "\0" in relative:
-            raise InputError("no file is named", hint="give its path in the folder of the studio")
-        found = self.inside(self.root / relative)
-        if suffixes and not found.name.lower().endswith(suffixes):
-            raise InputError(f"{relative} is not a file of this kind", hint=f"it ends with {' or '.join(suffixes)}")
-        return found
-
-    def inside(self, path: Path) -> Path:
-        """Return a path, links followed.
-
-        Raises:
-            InputError: If it leads out of the folder.
-        """
-        try:
-            found = path.resolve()
-        except (OSError, RuntimeError, ValueError):
-            raise InputError(f"{path.name} cannot be used: a loop of links, or no name of a file") from None
-        if not found.is_relative_to(self.root):
-            raise InputError(
-                f"{path.name or path} is outside the folder of the studio",
-                hint=f"it shows {self.root.name} alone; put the file itself into it, without a link",
-            )
-        return found
-
-    def log_of(self, site: Path) -> Path:
-        """Return the log of a site file; errors as of :meth:`with_revisions`."""
-        return self.with_revisions(site.parent / default_output(site, ".mcap"))[0]
-
-    def with_revisions(self, log: Path) -> list[Path]:
-        """Return a log, and the revisions next to it.
-
-        Raises:
-            InputError: If one of them leads out of the folder.
-        """
-        found = self.inside(log)
-        return [found, *(self.inside(file) for file in segments_on_disk(found).values())]
-
-    def relative(self, path: Path) -> str:
-        """Return a path as the page has it."""
-        return path.relative_to(self.root).as_posix()
-
-    def told(self, value: Any) -> Any:
-        """Return a text, or the texts of a JSON value, with paths below the folder as the page has them."""
-        if isinstance(value, str):
-            near = value.replace(f"{self.root}{os.sep}", "").replace(str(self.root), self.root.name)
-            return near.replace(f"{self.root.parent}{os.sep}", f"..{os.sep}") if self.root.parent.name else near
-        if isinstance(value, dict):
-            return {key: self.told(own) for key, own in value.items()}
-        return [self.told(own) for own in value] if isinstance(value, list) else value
-
-    def files(self) -> list[dict[str, Any]]:
-        """Return models, site files and logs, sorted, at most a thousand."""
-        found = []
-        for path in _below(self.root, 0):
-            name = path.name.lower()
-            kind = (
-                "site" if name.endswith(SITE_SUFFIX)
-                else "model" if name.endswith((*IFC_SUFFIXES, *MESH_SUFFIXES))
-                else "log" if name.endswith(".mcap")
-                else None
-            )  # fmt: skip
-            if kind is not None:
-                found.append({"path": self.relative(path), "kind": kind})
-            if len(found) >= _MOST_FILES:
-                break
-        return found
-
-
-def _below(folder: Path, depth: int) -> Iterator[Path]:
-    """Yield the files of a folder, then those of its folders; links and hidden names are left out."""
-    try:
-        entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
-    except OSError:
-        return
-    seen = [entry for entry in entries if not entry.name.startswith(".") and not entry.is_symlink()]
-    yield from (Path(entry.path) for entry in seen if entry.is_file())
-    if depth < _DEEPEST:
-        for entry in seen:
-            if entry.is_dir():
-                yield from _below(Path(entry.path), depth + 1)
-
+from bimvox_pipeline.studio.on_disk import sha256_or_none
 
 _KEPT = 20
 _GRACE_S = 5.0
 _LAST_LOG_S = 60.0
 """A watch that is ended writes the whole log first."""
 _NEWS_S = 10.0
+_STUCK = ("rejected", "failed", "missing")
+"""Events of a watch after which the last good plan stays."""
+_SET = ConstructionState.ASSEMBLED.value
 
 
 class _Job:
     """A process that plans or watches a site.
 
     Args:
-        kind: ``plan`` or ``watch``.
+        kind: ``plan``, ``watch`` or ``report``.
         folder: The folder of the studio.
         site: The site file.
-        speed: Of a watch: how many times as fast as real time the plan is carried out, as text; empty: it is not.
+        how: Of a watch: how many times as fast as real time the plan is carried out; empty: it is not. Of a report: the
+            suffix of its file.
     """
 
-    def __init__(self, kind: str, folder: Folder, site: Path, speed: str = "") -> None:
-        self.site = site
+    def __init__(self, kind: str, folder: Folder, site: Path, how: str = "") -> None:
+        self.kind, self.site, self.since = kind, site, datetime.now().astimezone()
         self.log = folder.log_of(site)
+        self._files = (site, folder.inside(file_of(site)))
+        self._began_with = self._hashes
         self.now: dict[str, Any] = {"stage": None, "done": None, "of": None}
         self.end: dict[str, Any] = {}
         self.is_cancelled = False
@@ -154,8 +58,8 @@ class _Job:
             python_module(
                 "bimvox_pipeline.studio.work",
                 kind,
-                *map(str, (folder.root, site, self.log, folder.inside(file_of(site)))),
-                speed,
+                *map(str, (folder.root, site, self.log, self._files[1])),
+                how,
             ),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -225,6 +129,27 @@ class _Job:
         return bool(self._events)
 
     @property
+    def _hashes(self) -> tuple[str | None, ...]:
+        return tuple(map(sha256_or_none, self._files))
+
+    def state(self, changes: Iterable[str]) -> state.Job:
+        """Return what it means for the state of the plan; ``changes``: how the screen differs from the saved file."""
+        told = [event for event in self._events if event.get("revision") is not None and event["event"] != "state"]
+        if self.kind == "watch" and told:
+            last = told[-1]
+            return state.Job(self.since, False, bool(last.get("pending")), last["event"] in _STUCK)
+        named = ("the site file on disk", "the obstructions")
+        differ = zip(named, self._began_with, self._hashes, strict=True)
+        return state.Job(self.since, True, changes=(*changes, *(name for name, was, now in differ if was != now)))
+
+    @property
+    def done(self) -> list[str] | None:
+        """The ids of the parts that a watch has set; None if it carries nothing out."""
+        seen = [event for event in self._events if event["event"] in ("state", "clock")]
+        found = dict.fromkeys(event["component"] for event in seen if event.get("state") == _SET)
+        return list(found) if seen else None
+
+    @property
     def error(self) -> dict[str, Any]:
         """Why it failed."""
         said = self._tail[-1].strip() if self._tail else "it ended without a word"
@@ -265,12 +190,29 @@ class Jobs:
         """
         return self._start("watch", site, "" if speed is None else f"{speed:g}")
 
-    def _start(self, kind: str, site: Path, speed: str = "") -> str:
+    def report(self, site: Path, suffix: str) -> str:
+        """Start a report of the newest plan of a site and return its number; ``suffix``: of its file.
+
+        Raises:
+            InputError: If there is no plan, or this site is being planned, watched or reported.
+        """
+        if not self._folder.log_of(site).exists():
+            raise InputError(f"{site.name} has no plan yet", hint="plan it first")
+        return self._start("report", site, suffix)
+
+    def of(self, site: Path) -> _Job | None:
+        """Return the plan or the watch that runs for a site; None if there is none."""
+        running = (job for job in list(self._jobs.values()) if job.site == site and job.is_running)
+        return next((job for job in running if job.kind != "report"), None)
+
+    def _start(self, kind: str, site: Path, how: str = "") -> str:
         with self._lock:
             if any(job.is_running and job.site == site for job in self._jobs.values()):
-                raise InputError(f"{site.name} is being planned or watched already", hint="wait for it, or end it")
+                raise InputError(
+                    f"{site.name} is being planned, watched or reported already", hint="wait for it, or end it"
+                )
             number, self._next = str(self._next), self._next + 1
-            self._jobs[number] = _Job(kind, self._folder, site, speed)
+            self._jobs[number] = _Job(kind, self._folder, site, how)
             for old in [name for name, job in self._jobs.items() if not job.is_running][:-_KEPT]:
                 del self._jobs[old]
             return number

@@ -7,7 +7,7 @@ import math
 import os
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -17,10 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bimvox.bim.building import Role
+from bimvox.bim.building import Building, Role
+from bimvox.bim.kinds.kind import OUT, Correction
 from bimvox.bim.read import read_building
 from bimvox.errors import InputError
-from bimvox.files import read_input
+from bimvox.files import read_input, sha256_of
 from bimvox.library.set_up_search.placed import PlacedSite
 from bimvox.library.site import built_site
 from bimvox.progress import SilentProgress
@@ -216,16 +217,40 @@ class Opened(PlacedSite):
         return {"north_deg": angle_deg, "map": frame}
 
 
-def open_site(path: Path) -> Opened:
+def open_site(path: Path, known: Iterable[Opened] = ()) -> Opened:
     """Return the site of a site file.
+
+    Args:
+        path: The site file.
+        known: Sites that are open: a model that one of them read, as this file wants it, is not read again.
 
     Raises:
         BimvoxError: If the file or its model cannot be used.
     """
     content = read_site_file(path)
     given = load_site_config(path, content)
-    building = read_building(given.model.path, given.read_options)
+    building = _read_by(known, given) or read_building(given.model.path, given.read_options)
     return Opened(complete_config(given, building), building, path, content, given)
+
+
+def said_of_parts(config: SiteConfig) -> list[Correction]:
+    """Return what a site file says of its parts that the reader of the model must know, wherever it says that."""
+    return [
+        replace(one, where="")
+        for one in config.corrections
+        if not one.one_part or one.kind is not None or one.means == OUT
+    ]
+
+
+def _read_by(known: Iterable[Opened], given: SiteConfig) -> Building | None:
+    """Return the model of a site as another one has read it; None if none has, or it has changed since."""
+    model = given.model.path
+    for other in known:
+        same = replace(other.given.read_options, corrections=()) == replace(given.read_options, corrections=())
+        is_read = other.site.parent / other.given.model.path == model and same
+        if is_read and said_of_parts(other.given) == said_of_parts(given):
+            return other.building if sha256_of(model) == other.building.source.sha256 else None
+    return None
 
 
 def open_model(path: Path) -> Opened:

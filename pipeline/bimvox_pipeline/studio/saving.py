@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,48 +14,94 @@ from pydantic import BaseModel
 from tomlkit.items import AoT, Array, Table
 
 from bimvox.bim.building import Role
-from bimvox.bim.kinds.kind import OUT, Correction
 from bimvox.bim.read import read_building
-from bimvox.errors import ConfigError, FileError
-from bimvox.files import write_atomically
+from bimvox.errors import BimvoxError, ConfigError, FileError
+from bimvox.files import read_input, write_atomically, write_together
 from bimvox.site.config.crane import CraneConfig, SetUpConfig
 from bimvox.site.config.file import load_site_config
 from bimvox.site.config.site_config import KindConfig, SiteConfig
 from bimvox.site.config.template import site_toml
 from bimvox.site.guess import complete_config
-from bimvox_pipeline.studio.opened import ChangedMeanwhileError, Opened, alone_in, unchanged
+from bimvox_pipeline.studio.changes import changes_between, state_of_site
+from bimvox_pipeline.studio.obstacles import file_of
+from bimvox_pipeline.studio.opened import (
+    SITE_SUFFIX,
+    ChangedMeanwhileError,
+    Opened,
+    alone_in,
+    said_of_parts,
+    unchanged,
+)
 from bimvox_pipeline.studio.setup import Setup, origins_of
 
 _SAME_M = 1e-4
 
 
-def save(opened: Opened, wanted: Setup, target: Path | None = None) -> tuple[Opened, list[str]]:
-    """Write a set-up into its site file, or into a new one.
+def save(opened: Opened, wanted: Setup) -> tuple[Opened, list[str]]:
+    """Write a set-up into its site file.
 
     Args:
         opened: The site.
         wanted: The set-up.
-        target: A new site file, beside the one that was opened; None: that one.
 
     Returns:
         The site as saved, and the keys that changed.
 
     Raises:
         ChangedMeanwhileError: If the file is not as it was opened.
-        InputError: If the set-up is impossible, or the new file exists.
+        InputError: If the set-up is impossible.
         FileError: If it cannot be written.
     """
-    config = opened.with_setup(wanted)
-    site = target or opened.site
-    text, changed, saved = as_text(opened, config, wanted, site)
+    site = opened.site
+    text, changed, saved = as_text(opened, opened.with_setup(wanted), wanted, site)
     with alone_in(site.parent):
-        if target is None:
-            if not unchanged(opened):
-                raise ChangedMeanwhileError(site)
-        elif os.path.lexists(target):
-            raise FileError(target, "exists already and may hold edits", hint="choose another name")
+        if not unchanged(opened):
+            raise ChangedMeanwhileError(site)
         write_atomically(site, text.encode(), inputs=[saved.given.model.path])
     return saved, changed
+
+
+def save_variant(opened: Opened, wanted: Setup, target: Path) -> tuple[Opened, list[str]] | Path:
+    """Write a set-up into a new site file, and the obstructions of the one that is open next to it.
+
+    Args:
+        opened: The site.
+        wanted: The set-up.
+        target: The new site file, in the folder of the one that was opened.
+
+    Returns:
+        The site as saved, and the keys that changed; the site file that holds this set-up already if there is one:
+        then nothing is written.
+
+    Raises:
+        InputError: If the set-up is impossible.
+        FileError: If one of the files exists or cannot be written.
+    """
+    text, changed, saved = as_text(opened, opened.with_setup(wanted), wanted, target)
+    files = {target: text.encode()}
+    with alone_in(target.parent):
+        if (obstructions := file_of(opened.site)).exists():
+            files[file_of(target)] = read_input(obstructions)
+        for file in files:
+            if os.path.lexists(file):
+                raise FileError(file, "exists already and may hold edits", hint="choose another name")
+        if (same := _same_as(saved.given, target)) is not None:
+            return same
+        write_together(files, inputs=[saved.given.model.path])
+    return saved, changed
+
+
+def _same_as(given: SiteConfig, target: Path) -> Path | None:
+    """Return a site file in the folder of another that says the same of the same model; None if there is none."""
+    wanted, model = state_of_site(given, ""), given.model.path.resolve()
+    for file in sorted(target.parent.glob(f"*{SITE_SUFFIX}")):
+        try:
+            other = load_site_config(file)
+        except BimvoxError:
+            continue
+        if other.model.path.resolve() == model and not changes_between(wanted, state_of_site(other, "")):
+            return file
+    return None
 
 
 def as_text(opened: Opened, config: SiteConfig, wanted: Setup, site: Path) -> tuple[str, list[str], Opened]:
@@ -88,7 +133,7 @@ def _as_read(opened: Opened, text: str, site: Path, wanted: Setup) -> Opened:
         InputError: If that is not what was wanted.
     """
     given = load_site_config(site, text.encode())
-    is_same_model = _said(given) == _said(opened.given)
+    is_same_model = said_of_parts(given) == said_of_parts(opened.given)
     building = opened.building if is_same_model else read_building(given.model.path, given.read_options)
     saved = Opened(complete_config(given, building), building, site, text.encode(), given)
     found = saved.setup.model_dump()
@@ -116,15 +161,6 @@ def _as_read(opened: Opened, text: str, site: Path, wanted: Setup) -> Opened:
                 site, key, "would not be read as it was set; nothing was saved", hint="this is a fault of bimvox"
             )
     return saved
-
-
-def _said(config: SiteConfig) -> list[Correction]:
-    """Return what a site file says of its parts that the reader of the model must know, wherever it says that."""
-    return [
-        replace(one, where="")
-        for one in config.corrections
-        if not one.one_part or one.kind is not None or one.means == OUT
-    ]
 
 
 def _is_same(one: Any, other: Any) -> bool:

@@ -1,11 +1,11 @@
-"""A plan or a watch in a process of its own: ``python -m bimvox_pipeline.studio.work plan|watch ...``.
+"""A plan, a watch or a report in a process of its own: ``python -m bimvox_pipeline.studio.work plan|watch|report ...``.
 
-The further arguments are folder of the studio, site, log, obstruction file and, of a watch, its speed. The process
-reads and writes the files of a user in that folder alone.
+The further arguments are folder of the studio, site, log, obstruction file and, of a watch, its speed, of a report, the
+suffix of its file. The process reads and writes the files of a user in that folder alone.
 
-A line of JSON on stdout for each step: ``{"stage", "done", "of"}``. A plan ends with the ``document`` of ``bimvox plan
---json``; a watch says each ``event`` of ``bimvox watch --json``, and ``clock`` when the site's clock starts. Either may
-end with an ``error``.
+A line of JSON on stdout for each step: ``{"stage", "done", "of"}``. A plan or a report ends with the ``document`` of
+its command with ``--json``; a watch says each ``event`` of ``bimvox watch --json``, and ``clock`` when the site's clock
+starts. Each may end with an ``error``.
 """
 
 from __future__ import annotations
@@ -45,13 +45,19 @@ def say(document: dict[str, Any]) -> None:
 
 
 def main() -> int:
-    """Plan or watch a site and say how it goes."""
-    kind, folder, *files, speed = sys.argv[1:]
+    """Plan, watch or report a site and say how it goes."""
+    kind, folder, *files, how = sys.argv[1:]
     site, log, obstructions = map(Path, files)
     keep_process_to(Path(folder))
     try:
         if kind == "watch":
-            _watch(site, log, obstructions, speed)
+            _watch(site, log, obstructions, how)
+        elif kind == "report":
+            from bimvox_pipeline.report import report
+            from bimvox_pipeline.watch.log import newest_log
+
+            made = report(newest_log(log), log.with_name(f"{log.stem}.report{how}"), progress=_Lines())
+            say({"document": {key: made[key] for key in ("out", "bytes", "verified")}})
         else:
             from bimvox_pipeline.plan import plan
 

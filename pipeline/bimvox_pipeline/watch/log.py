@@ -19,7 +19,7 @@ from bimvox.log import recorder
 from bimvox.log.plan_log import PlanLog
 from bimvox.log.reader import read_log
 from bimvox.log.segments import first_plan_of, newest
-from bimvox.progress import Progress
+from bimvox.progress import Progress, SilentProgress
 from bimvox.undisturbed import undisturbed
 
 _QUIET_S = 0.5
@@ -91,6 +91,13 @@ def read_newest(log: Path, fixed_digest: str | None, progress: Progress) -> Newe
     if len(own) < len(after):
         progress.note(f"{len(after) - len(own)} segments next to {log} belong to an earlier plan and are not used")
     return Newest(newest(base, own), no_whole or bool(own))
+
+
+def newest_log(log: Path) -> Path:
+    """Return the file of the newest plan: the whole log, or the last segment if a watch ended before it was written."""
+    found = read_newest(log, None, SilentProgress())
+    segment = None if found is None or not found.behind else segment_file(log, found.log.revision)
+    return log if segment is None or not segment.exists() else segment
 
 
 def _read(path: Path, progress: Progress) -> PlanLog | None:

@@ -11,4 +11,4 @@ import pytest
 def _is_quick(monkeypatch: pytest.MonkeyPatch) -> None:
     # In a process with all modules of the tests, a collection takes longer than opening a site.
     nothing = SimpleNamespace(unfreeze=lambda: None, collect=lambda: None, freeze=lambda: None)
-    monkeypatch.setattr("bimvox_pipeline.studio.app.gc", nothing)
+    monkeypatch.setattr("bimvox_pipeline.studio.studio.gc", nothing)

@@ -103,7 +103,7 @@ def saves(pages: Pages, n: int) -> tuple[str, list[dict[str, Any]]]:
 def placings(pages: Pages, n: int) -> tuple[str, list[dict[str, Any]]]:
     """Two pages drop another obstruction each."""
     first = [{"id": f"start {n}", "min": [0, 0, 0], "max": [1, 1, 1]}]
-    seen = pages.send("/api/standing", {"path": "frame.site.toml"})[1]["obstructions_sha256"]
+    seen = pages.send("/api/state", {"path": "frame.site.toml"})[1]["obstructions_sha256"]
     asked_first = {"path": "frame.site.toml", "obstructions": first, "sha256": seen}
     begun = pages.send("/api/obstructions", asked_first)[1]
     made = [[*first, {"id": f"{n} {who}", "min": [2, 0, 0], "max": [3, 1, 1]}] for who in "ab"]

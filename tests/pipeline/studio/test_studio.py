@@ -746,7 +746,7 @@ def test_messages_name_files_as_the_page_does(page: Page, folder: Path):
 
 def test_a_page_is_made_again_when_a_revision_is_there(page: Page, folder: Path, monkeypatch: pytest.MonkeyPatch):
     made: list[Path] = []
-    monkeypatch.setattr("bimvox_pipeline.studio.app.page_of_log", lambda log, **_: made.append(log) or b"page")
+    monkeypatch.setattr("bimvox_pipeline.studio.plans.page_of_log", lambda log, **_: made.append(log) or b"page")
     (folder / "a.mcap").write_bytes(b"plan")
     for _ in range(2):
         page.studio.page("a.mcap")

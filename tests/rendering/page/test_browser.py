@@ -43,7 +43,7 @@ def test_the_first_frame_is_a_picture_of_the_site(seen):
     orange = (picture[..., 0] > 150) & (picture[..., 2] < 60) & (picture[..., 1] < picture[..., 0] - 50)
     assert orange.sum() > 50  # parts wait in the yard
     assert seen.page.title() == "tiny: lift plan"
-    assert "2 lifts planned, 1 infeasible" in seen.text("#facts")
+    assert "2 lifts planned, 1 refused" in seen.text("#facts")
     assert seen.text("#proof") == "✓ proven"
 
 

@@ -63,7 +63,7 @@ def test_the_summary_for_readers_without_scripts_says_not_proven():
     proven = page_of(tiny_source(proof=passed_proof())).decode().split("<noscript>")[1].split("</noscript>")[0]
     assert "proven" in proven
     assert "NOT PROVEN" not in proven
-    assert "2 lifts planned, 1 infeasible" in proven
+    assert "2 lifts planned, 1 refused" in proven
     assert "no remarks" in proven
     remarked = page_of(tiny_source(proof=passed_proof(), remarks=some_remarks())).decode()
     assert "3 remarks (1 serious)" in remarked.split("<noscript>")[1].split("</noscript>")[0]

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import time
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,74 +13,13 @@ from logged_numbers import Logged
 from number_words import fixed, percent, tonnes
 from seen_pages import Seen
 from shown_numbers import differences
-from studios import served
+from studios import Studio, served
 
 pytestmark = pytest.mark.browser
 
 SAMPLES = Path(__file__).parents[3] / "sample_models"
-WAIT_S = 60
 BASE = [4.5, 9.5]
 CRANE = '[data-handle="cranes/0"]'
-
-
-class Studio:
-    """An open studio, and what it did."""
-
-    def __init__(self, page: Any, folder: Path) -> None:
-        self.page = page
-        self.folder = folder
-        self.complaints: list[str] = []
-        page.set_default_timeout(WAIT_S * 1000)
-        page.on("console", self._hear)
-        page.on("pageerror", lambda error: self.complaints.append(str(error)))
-
-    def _hear(self, said: Any) -> None:
-        # A refusal is shown as a sentence; the browser also notes its status.
-        if said.type in ("error", "warning") and "the server responded with a status of 4" not in said.text:
-            self.complaints.append(said.text)
-
-    def wait(self, condition: str) -> None:
-        """Wait for a JavaScript condition, evaluated from here, because the page forbids evaluation."""
-        deadline = time.monotonic() + WAIT_S
-        while not self.page.evaluate(f"() => Boolean({condition})"):
-            assert time.monotonic() < deadline, f"never: {condition}"
-            self.page.wait_for_timeout(30)
-
-    def settled(self) -> None:
-        """Wait until the server has answered about the set-up that is shown."""
-        self.wait("window.studio.answer && !window.studio.trying.busy && !window.studio.trying.next")
-
-    def setup(self) -> Any:
-        return self.page.evaluate("() => window.studio.setup")
-
-    def base(self) -> list[float]:
-        return list(self.setup()["cranes"][0]["base_m"])
-
-    def saved(self, name: str = "hall.site.toml") -> dict[str, Any]:
-        return tomllib.loads((self.folder / name).read_text())
-
-    def save(self) -> None:
-        self.page.keyboard.press("Control+s")
-        self.wait("!window.studio.isChanged")
-
-    def middle(self, selector: str) -> tuple[float, float]:
-        box = self.page.locator(selector).bounding_box()
-        return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-
-    def drag(self, selector: str, dx_m: float, dy_m: float, *, alt: bool = False) -> None:
-        """Drag a handle by metres."""
-        scale = self.page.evaluate("() => window.studio.drawing.view.scale")
-        x, y = self.middle(selector)
-        self.page.mouse.move(x, y)
-        if alt:
-            self.page.keyboard.down("Alt")
-        self.page.mouse.down()
-        self.page.mouse.move(x + dx_m / scale, y - dy_m / scale, steps=5)
-        assert self.page.locator(".dimension").count() > 0
-        self.page.mouse.up()
-        if alt:
-            self.page.keyboard.up("Alt")
-        self.settled()
 
 
 @pytest.fixture(scope="module")
@@ -397,18 +334,28 @@ def test_variants_stand_side_by_side(studio):
     assert "A name has none of" in studio.page.inner_text("#ask")
     studio.page.fill("#new-name", "other place")
     studio.page.keyboard.press("Enter")
-    studio.wait("document.querySelectorAll('.compare thead th').length === 2")
+    studio.wait("window.studio.opened.path === 'other place.site.toml' && window.studio.answer")
     assert studio.saved("other place.site.toml")["crane"][0]["base_m"][0] == 5.5
-    studio.page.click("#undo")
-    studio.settled()
+    assert studio.base() == [5.5, 9.5]
+    studio.page.click("#open")
+    studio.page.click("#files button:has-text('hall.site.toml')")
+    studio.wait("window.studio.opened.path === 'hall.site.toml' && window.studio.answer")
+    studio.page.click("#tab-variants")
+    studio.wait("document.querySelector('.compare').textContent.includes('crane west (moved 1.00 m)')")
     assert figures(studio, "Place x, y") == ["4.50, 9.50", "5.50, 9.50"]
     studio.page.click('.compare button:has-text("Plan")')
     studio.wait("document.querySelector('[data-key^=result]')")
-    here, there = figures(studio, "Hours")
-    assert here == "not planned"
+    here, there = figures(studio, "Crane hours")
+    assert here == "–"
     assert float(there) > 0
+    assert studio.page.locator(".compare tbody tr").first.locator("td").all_text_contents() == [
+        "No plan",
+        "Plan of exactly these files",
+    ]
     studio.page.click('[data-key^="result "]')
-    assert studio.page.inner_text("#standing") == "Plan of other place.site.toml, not of what is open here."
+    assert studio.page.inner_text("#standing").startswith(
+        "Of other place.site.toml, not of what is open here: Plan of exactly these files"
+    )
     assert studio.page.evaluate("() => getComputedStyle(document.getElementById('shown')).filter") != "none"
     studio.page.click("#tab-variants")
     studio.page.click('.compare button:has-text("Show")')
@@ -482,12 +429,13 @@ def test_two_pages_that_drop_obstructions_at_once_lose_nothing(studio, address):
 def test_a_plan_of_an_earlier_state_is_marked(studio, address):
     studio.page.click("#start-plan")
     studio.wait("document.querySelector('#pane-result iframe')")
-    shown = "Plan of the set-up and the obstructions that are shown here: 33 lifts planned, 0 refused."
-    assert studio.page.inner_text("#standing") == shown
+    shown = studio.page.inner_text("#standing")
+    assert shown.startswith("Plan of exactly these files, of ")
+    assert shown.endswith(": 33 lifts planned, 0 refused.")
 
     seen = """(() => {
       const textOf = (id) => document.getElementById(id).textContent;
-      const [line, tab, chip] = ["standing", "tab-result", "served"].map(textOf);
+      const [line, tab, chip] = ["standing", "tab-result", "state"].map(textOf);
       const isGrey = getComputedStyle(document.getElementById("shown")).filter !== "none";
       const isMarked = tab === "Result, earlier" && chip.includes("earlier state") && isGrey;
       return { line, isMarked, isClean: tab === "Result" && !chip.includes("earlier") && !isGrey };
@@ -500,13 +448,13 @@ def test_a_plan_of_an_earlier_state_is_marked(studio, address):
         studio.wait(f"{seen}.isClean && {seen}.line === '{shown}'")
 
     studio.page.evaluate("() => window.studio.nudge('cranes/0', [0.5, 0], false)")
-    marked("the crane")
+    marked("crane west (moved 0.50 m)")
     studio.page.keyboard.press("Control+z")
     proven()
     file = studio.folder / "hall.obstructions.json"
     truck = {"id": "truck", "box": {"min": [0, 0, 0], "max": [2, 5, 3]}}
     file.write_text(json.dumps({"version": 1, "obstructions": [truck]}))
-    marked("the obstructions")
+    marked("obstruction truck (new)")
     studio.wait("window.studio.setup.boxes[0]?.id === 'truck'")
     file.unlink()
     proven()
@@ -514,10 +462,10 @@ def test_a_plan_of_an_earlier_state_is_marked(studio, address):
     other = Studio(studio.page.context.new_page(), studio.folder)
     other.page.goto(f"{address}&open=hall.site.toml")
     other.settled()
-    other.wait("window.studio.standing.state === 'current'")
+    other.wait("window.studio.state.now.state === 'current'")
     assert not other.page.is_disabled("#tab-result")
     other.page.click("#tab-variants")
-    assert float(figures(other, "Hours")[0]) > 0
+    assert float(figures(other, "Crane hours")[0]) > 0
     other.page.click("#tab-plan")
     site = studio.folder / "hall.site.toml"
     site.write_text(site.read_text() + "\n[rules]\nhighest_utilisation = 0.9\n")
@@ -531,17 +479,17 @@ def test_what_obstructions_refuse_is_still_said_after_a_watch(studio):
     studio.page.click("#start-watch")
     studio.page.keyboard.press("Enter")
     studio.wait("document.getElementById('stage')?.textContent.startsWith('Watching')")
-    studio.wait("window.studio.standing.state === 'current'")
-    assert "1 refused in the plan" in studio.page.inner_text("#served")
+    studio.wait("window.studio.state.now.state === 'current'")
+    assert "1 refused" in studio.page.inner_text("#state")
     studio.page.evaluate("() => window.studio.nudge('cranes/0', [0.5, 0], false)")
-    studio.wait("window.studio.standing.state === 'earlier'")
+    studio.wait("window.studio.state.now.state === 'earlier'")
     studio.page.keyboard.press("Control+z")
-    studio.wait("window.studio.standing.state === 'current'")
+    studio.wait("window.studio.state.now.state === 'current'")
     studio.page.click("#job button")
     studio.wait("document.getElementById('job').hidden")
-    studio.wait("window.studio.standing.state === 'current'")
-    assert "1 refused in the plan" in studio.page.inner_text("#served")
-    assert "refused" in studio.page.get_attribute("#served", "class")
+    studio.wait("window.studio.state.now.state === 'current'")
+    assert "1 refused" in studio.page.inner_text("#state")
+    assert "refused" in studio.page.get_attribute("#state", "class")
     studio.page.click("#tab-result")
     assert "32 lifts planned, 1 refused" in studio.page.inner_text("#standing")
 
@@ -570,7 +518,7 @@ def test_plan_shows_its_progress_and_then_its_page(studio):
     assert studio.page.is_hidden("#job")
     assert "/page/" in studio.page.get_attribute("#pane-result iframe", "src")
     studio.page.click("#tab-variants")
-    assert float(figures(studio, "Hours")[0]) > 0
+    assert float(figures(studio, "Crane hours")[0]) > 0
 
 
 def test_the_numbers_of_table_list_and_result_are_those_of_the_log(studio, tmp_path):
@@ -579,10 +527,10 @@ def test_the_numbers_of_table_list_and_result_are_those_of_the_log(studio, tmp_p
     logged = Logged(Path(shutil.copy(studio.folder / "hall.mcap", tmp_path)))
     shares = [logged.governing(lift)["share"] for lift in logged.planned]
     studio.page.click("#tab-variants")
-    assert figures(studio, "Hours") == [fixed((logged.ends_s - logged.begins_s) / 3600, 1)]
+    assert figures(studio, "Crane hours") == [fixed((logged.ends_s - logged.begins_s) / 3600, 1)]
     assert figures(studio, "Highest in the plan") == [percent(max(shares))]
     assert figures(studio, "Critical") == [str(sum(share >= logged.site.rules.critical_share for share in shares))]
-    assert figures(studio, "Refused") == [str(sum(lift["status"] == "infeasible" for lift in logged.lifts))]
+    assert figures(studio, "Lifts refused") == [str(sum(lift["status"] == "infeasible" for lift in logged.lifts))]
     read = "(all) => all.map((one) => [one.dataset.part, one.querySelector('small').textContent])"
     masses = dict(studio.page.eval_on_selector_all("#parts-list > :not(.types) li", read))
     assert masses == {lift["component"]: tonnes(lift["mass_kg"]) for lift in logged.lifts}
@@ -644,16 +592,18 @@ def test_a_truck_that_is_dropped_while_watched_brings_a_revision(studio):
     studio.page.click('[data-key="add-box"]')
     studio.wait("document.getElementById('stage').textContent.startsWith('Revision 1')")
     assert " ms" in studio.page.inner_text("#stage")
-    changes = studio.page.evaluate("() => [...window.studio.changes.keys()]")
-    assert changes
+    studio.wait("window.studio.changes")
+    changes = studio.page.evaluate("() => [...window.studio.changes.values()].map(({ kind }) => kind)")
     assert studio.page.locator(".part.changed").count() == len(changes)
     first = studio.page.locator("#parts-list > details:visible").first
-    assert f"{len(changes)} part" in first.locator("summary").inner_text()
+    assert first.locator("summary").inner_text().startswith("Revision 1: ")
+    counts = studio.page.evaluate("() => window.studio.state.now.counts")
+    assert (changes.count("refused"), changes.count("replanned")) == (counts["refused"], counts["replanned"])
     assert first.locator("li").count() == len(changes)
     assert not studio.page.is_disabled("#tab-result")
     studio.page.click("#job button")
     studio.wait("document.getElementById('job').hidden")
-    assert studio.page.locator(".part.changed").count() == 0
+    assert studio.page.locator(".part.changed").count() == len(changes)
 
 
 def test_a_plan_is_carried_out_and_a_truck_is_dropped_meanwhile(studio):

@@ -257,7 +257,7 @@ def test_a_revision_is_told_in_words(run):
         "blocked": [{"component": "d", "reason": "its place is taken", "blocked_by": ["truck"]}],
         "latency_ms": 84,
     }
-    words = "Revision 2: 2 kept, 1 replanned, 0 with new motion, 1 infeasible · 84 ms"
+    words = "Revision 2: 2 kept, 1 replanned, 0 with new motion, 1 refused · 84 ms"
     assert run("revision.revisionWords(asked)", event) == words
     assert run("[...revision.changesOf(asked)].map(([id, change]) => [id, revision.changeWords(change)])", event) == [
         ["c", "new path"],

@@ -9,7 +9,7 @@ export class Header {
     byId("revisions").hidden = revisions.length < 2;
     const words = (revision) => {
       const { changes } = revision;
-      return changes ? `${revision.number}: ${changes.replanned.length} replanned, ${revision.infeasible} infeasible` : `${revision.number}`;
+      return changes ? `${revision.number}: ${changes.replanned.length} replanned, ${revision.infeasible} refused` : `${revision.number}`;
     };
     fill(byId("revision"), ...revisions.map((revision, n) => el("option", { value: n }, words(revision))));
     byId("revision").title = leftOut ? `${leftOut} earlier revisions are not in this page` : "";
@@ -34,15 +34,17 @@ export class Header {
     const { site } = app.document;
     byId("title").textContent = plain(site.model && site.model !== site.name ? `${site.name} · ${site.model}` : site.name);
     const facts = [
-      `${counted(revision.planned, "lift")} planned, ${revision.infeasible} infeasible`,
+      `${counted(revision.planned, "lift")} planned, ${revision.infeasible} refused`,
       revision.time ? `${revision.time.span_in_words}, ${revision.time.hours_in_words}` : revision.timed ? `${span(revision.ends_s - revision.begins_s)} of crane time` : "no crane",
       `log ${revision.log}, SHA-256 ${revision.sha256.slice(0, 12)}…`,
     ];
     byId("facts").textContent = plain(facts.join(" · "));
     const chip = byId("proof");
     const { proof, verdict } = revision;
-    chip.className = `chip ${verdict.proof_light}`;
-    chip.textContent = verdict.proof;
+    const state = window.frameElement?.dataset.state; // the studio says of what the plan is
+    const isEarlier = Boolean(state) && !state.includes("exactly");
+    chip.className = `chip ${isEarlier ? "remarked" : verdict.proof_light}`;
+    chip.textContent = isEarlier ? `${state} · for that: ${verdict.proof.replace(/^✓ /, "")}` : verdict.proof;
     chip.title = proof?.verified ? "Every check of the log passed when this page was made" : proof ? "A check of the log failed: see Plan" : "No proof was made for this page: run bimvox verify";
     const remarks = byId("remarks-button");
     remarks.className = `chip ${verdict.remarks_light}`;

@@ -119,6 +119,6 @@ export class Live {
     if (kept.tab) app.details.open(kept.tab);
     const { revision } = app.plans[app.plans.length - 1];
     const { changes } = revision;
-    app.say(changes ? `Revision ${revision.number} loaded: ${changes.replanned.length} replanned, ${revision.infeasible} infeasible` : `Revision ${revision.number} loaded`);
+    app.say(changes ? `Revision ${revision.number} loaded: ${changes.replanned.length} replanned, ${revision.infeasible} refused` : `Revision ${revision.number} loaded`);
   }
 }

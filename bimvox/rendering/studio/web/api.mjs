@@ -1,9 +1,9 @@
 // Requests to the server on this machine. An error is the sentence that the command line would print.
 
 export class ApiError extends Error {
-  constructor(status, { error, where, hint }) {
+  constructor(status, { error, where, hint, sha256 }) {
     super(error);
-    Object.assign(this, { status, where: where ?? null, hint: hint ?? null });
+    Object.assign(this, { status, where: where ?? null, hint: hint ?? null, sha256: sha256 ?? null });
   }
 }
 
@@ -16,6 +16,11 @@ export async function call(method, path, body, signal) {
   return (await answered(method, path, body, signal)).json();
 }
 
+/** Send the content of a file. */
+export async function send(path, file) {
+  return (await answered("POST", path, file)).json();
+}
+
 /** The answer of a request that went well. */
 async function answered(method, path, body, signal) {
   let answer;
@@ -23,8 +28,8 @@ async function answered(method, path, body, signal) {
     answer = await fetch(path, {
       method,
       signal,
-      headers: { "X-Bimvox-Token": token, ...(body ? { "Content-Type": "application/json" } : {}) },
-      body: body ? JSON.stringify(body) : undefined,
+      headers: { "X-Bimvox-Token": token, ...(body && !(body instanceof Blob) ? { "Content-Type": "application/json" } : {}) },
+      body: body instanceof Blob ? body : body ? JSON.stringify(body) : undefined,
     });
   } catch (error) {
     if (error.name === "AbortError") throw error;

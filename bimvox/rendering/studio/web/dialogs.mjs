@@ -85,23 +85,50 @@ export function askWatch(last) {
   });
 }
 
-/** Show the files of the folder; returns the chosen one, null if the person closed the list. */
-export function askFile(folder, files, kinds, title) {
+/**
+ * Show the files of the folder; returns the chosen one, null if the person closed the list. A site file says the state of its plan,
+ * what it differs in from the first one of its model, its revisions and reports. `look`: (asked) => promise of what the folder
+ * holds of a site; `add`: lets the person add files.
+ */
+export function askFile(folder, files, kinds, title, look, add) {
   const dialog = byId("files");
   return new Promise((done) => {
     let chosen = null;
-    const item = (file) => el("li", {}, el("button", { type: "button", onclick: () => ((chosen = file), dialog.close()) }, file.path));
-    const groups = kinds.map((kind) => [kind, files.filter((file) => file.kind === kind)]).filter(([, own]) => own.length);
+    const choose = (file) => ((chosen = file), dialog.close());
+    const item = (file) => el("li", {}, el("button", { type: "button", onclick: () => choose(file) }, el("span", {}, file.path), file.kind === "site" ? el("small", { class: "held", "data-held": file.path }, "…") : null));
+    const groups = kinds.map((kind) => [kind, files.filter((file) => file.kind === kind && !isRevision(file.path))]).filter(([, own]) => own.length);
     fill(
       dialog,
       el("h2", { id: "files-title" }, title),
       el("p", { class: "kicker" }, `Folder ${folder}, ${counted(files.length, "file")}`),
-      el("div", { class: "scroll" }, ...groups.flatMap(([kind, own]) => [el("h3", {}, KINDS[kind]), el("ul", { class: "files" }, ...own.map(item))]), groups.length ? null : el("p", { class: "aside" }, "There is no file here that can be opened: start `bimvox studio` in the folder of an IFC or mesh file.")),
-      el("div", { class: "answers" }, el("button", { type: "button", onclick: () => dialog.close() }, "Cancel")),
+      el("div", { class: "scroll" }, ...groups.flatMap(([kind, own]) => [el("h3", {}, KINDS[kind]), el("ul", { class: "files" }, ...own.map(item))]), groups.length ? null : el("p", { class: "aside" }, "There is no file here that can be opened. Drop an IFC or mesh file on this page, or add it.")),
+      el("div", { class: "answers" }, el("button", { type: "button", onclick: add }, "Add files…"), el("button", { type: "button", onclick: () => dialog.close() }, "Cancel")),
     );
     dialog.addEventListener("close", () => done(chosen), { once: true });
     dialog.showModal();
+    describe(dialog, files.filter(({ kind }) => kind === "site"), look); // prettier-ignore
   });
+}
+
+/** A segment of a watch or a log of its simulation: it is found through its site. */
+const isRevision = (path) => /\.(r|live)\d{4,}\.mcap$/.test(path);
+
+/** Fill what the folder holds of each site file, one after the other, as long as the list is open. */
+async function describe(dialog, sites, look) {
+  for (const { path, model } of sites) {
+    const base = sites.find((one) => one.model === model).path;
+    const found = await look({ path, ...(base === path ? {} : { against: base }) }).catch((error) => ({ title: error.message }));
+    if (!dialog.open) return;
+    const at = dialog.querySelector(`[data-held="${CSS.escape(path)}"]`);
+    if (at) fill(at, ...heldWords(found, base).map((words) => el("span", {}, words)));
+  }
+}
+
+/** What the folder holds of a site, in lines. */
+export function heldWords({ title, when, counts, changes = [], differs, revisions = [], reports = [] }, base) {
+  const plan = [title, when, counts?.words].filter(Boolean).join(" · ");
+  const also = [revisions.length > 1 ? counted(revisions.length, "revision") : "", ...reports.map(({ name, is_of_plan: isOfPlan }) => (isOfPlan ? name : `${name} of an earlier plan`))];
+  return [plan, changes.length ? `Changed since: ${changes.join(", ")}` : "", differs ? `Differs from ${base} in: ${differs.join(", ") || "nothing"}` : "", also.filter(Boolean).join(" · ")].filter(Boolean);
 }
 
 /** What is wrong with the name of a site file; null if nothing. */

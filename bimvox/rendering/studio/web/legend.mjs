@@ -17,7 +17,8 @@ export class Legend {
       }),
     );
     this.note = el("li", { class: "about" }, "faint: not set yet · blue: lifted now");
-    fill(byId("key").querySelector("ul"), ...[...this.entries.values()].map(({ element }) => element), this.note);
+    this.marks = el("li", { class: "about marks" });
+    fill(byId("key").querySelector("ul"), ...[...this.entries.values()].map(({ element }) => element), this.note, this.marks);
     if (matchMedia("(max-width: 860px)").matches) byId("key").open = false;
   }
 
@@ -32,10 +33,19 @@ export class Legend {
     this.app.filter({ states: states.size ? states : null });
   }
 
+  /** What the plan did to parts: its outlines, and how many have each. */
+  renderMarks() {
+    const { counts, holds } = this.app.state.now;
+    const all = holds && counts ? [["refused", "refused by the plan"], ["replanned", "replanned"], ["done", "done"]].filter(([key]) => counts[key]) : []; // prettier-ignore
+    this.marks.hidden = !all.length;
+    fill(this.marks, ...all.flatMap(([key, words]) => [el("i", { class: `outline-of ${key}`, "aria-hidden": "true" }), el("span", {}, `${words} `), el("b", {}, whole(counts[key]))]));
+  }
+
   render() {
     const { app } = this;
     byId("key").hidden = false;
     this.note.hidden = !app.carried;
+    this.renderMarks();
     const counts = countsOf(app.opened.parts, app.setup, app.answer?.parts);
     for (const [key, { element, button, count }] of this.entries) {
       const pressed = app.states?.has(key) ?? false;

@@ -59,7 +59,7 @@ export class List {
     const changed = shown.filter((part) => app.changes?.has(part.id)).sort((a, b) => Number(app.changes.get(b.id).kind === "refused") - Number(app.changes.get(a.id).kind === "refused"));
     const isChanged = new Set(changed.map((part) => part.id));
     this.changed.hidden = !changed.length;
-    say(this.changedTitle, changed.length ? changedTitle(app.changedBy, app.changes) : "");
+    say(this.changedTitle, changed.length ? changedTitle(app.changes, app.state.plan?.revision) : "");
     this.fill(this.changedRows, changed);
     const cannot = shown.filter((part) => app.stateOf(part) === "cannot" && !isChanged.has(part.id)).sort((a, b) => b.mass_kg - a.mass_kg);
     const apart = new Set([...isChanged, ...cannot.map((part) => part.id)]);

@@ -7,17 +7,19 @@ import { Drawing } from "./drawing.mjs";
 import { Form } from "./form.mjs";
 import { watchHands } from "./hands.mjs";
 import { History } from "./history.mjs";
+import { Kept } from "./kept.mjs";
 import { watchKeys } from "./keys.mjs";
 import { Legend } from "./legend.mjs";
 import { List } from "./list.mjs";
 import { Panes } from "./panes.mjs";
 import { Picture } from "./picture.mjs";
 import { Planning } from "./planning.mjs";
-import { Standing } from "./standing.mjs";
+import { PlanState } from "./state.mjs";
 import { handleOf, moved, saved, withCorner, withoutCorner } from "./setup.mjs";
 import { sameKinds } from "./types.mjs";
 import { matching, meansOf, stateOf } from "./use.mjs";
-import { figuresOf, Variants } from "./variants.mjs";
+import { Uploading } from "./uploading.mjs";
+import { Variants } from "./variants.mjs";
 import { Watching } from "./watching.mjs";
 
 class App {
@@ -32,9 +34,8 @@ class App {
     this.states = null;
     this.shown = null;
     this.onMap = false;
-    this.variants = [];
     this.changes = null;
-    this.changedBy = null;
+    this.done = new Set();
     this.carried = null;
     this.speed = null;
     this.result = null;
@@ -42,7 +43,6 @@ class App {
     this.placed = "[]";
     this.boxesSha256 = null;
     this.isSaving = false;
-    this.figures = new Map();
     this.drawing = new Drawing(this);
     this.list = new List(this);
     this.form = new Form(this);
@@ -50,9 +50,11 @@ class App {
     this.table = new Variants(this);
     this.planning = new Planning(this);
     this.watching = new Watching(this);
-    this.standing = new Standing(this);
+    this.kept = new Kept(this);
+    this.state = new PlanState(this);
     this.panes = new Panes(this);
     this.picture = new Picture(this);
+    this.uploading = new Uploading(this);
     this.trying = new Latest(
       ({ opened, setup }) => call("POST", "/api/try", { path: opened.path, setup: saved(setup) }),
       (answer, { opened }) => opened === this.opened && this.take(answer),
@@ -62,7 +64,7 @@ class App {
       ({ opened, boxes }) => call("POST", "/api/obstructions", { path: opened.path, obstructions: boxes, sha256: this.boxesSha256 }),
       ({ sha256 }, { opened }) => {
         if (opened === this.opened) this.boxesSha256 = sha256;
-        this.standing.look();
+        this.state.look();
       },
       (error) => {
         this.placed = null;
@@ -73,6 +75,7 @@ class App {
     watchHands(this);
     watchKeys(this);
     byId("open").addEventListener("click", () => this.chooseFile());
+    byId("add-files").addEventListener("click", () => this.uploading.choose());
     byId("undo").addEventListener("click", () => this.undo());
     byId("redo").addEventListener("click", () => this.redo());
     byId("save").addEventListener("click", () => this.save());
@@ -102,9 +105,10 @@ class App {
     return stateOf(part, this.setup, this.found(part.id));
   }
 
-  /** How far a part is that is lifted, while the plan is carried out: "unset", "lifting" or "set"; otherwise "". */
+  /** How far a part is that is lifted: "set" if that is done, "unset" or "lifting" while the plan is carried out, otherwise "". */
   stageOf(part) {
-    return this.carried && meansOf(part, this.setup) === "crane" ? this.carried.stageOf(part.id) : "";
+    if (meansOf(part, this.setup) !== "crane") return "";
+    return this.carried ? this.carried.stageOf(part.id) : this.done.has(part.id) ? "set" : "";
   }
 
   isShown(part) {
@@ -131,7 +135,7 @@ class App {
   async files(kinds, title) {
     try {
       const { folder, files } = await call("GET", "/api/files");
-      return await askFile(folder, files, kinds, title);
+      return await askFile(folder, files, kinds, title, (asked) => call("POST", "/api/found", asked), () => this.uploading.choose());
     } catch (error) {
       this.fail(error);
       return null;
@@ -146,11 +150,12 @@ class App {
     try {
       const opened = await call("POST", "/api/open", { path });
       this.unsay();
-      this.remember();
       const { obstructions: boxes, sha256 = null } = opened.exists ? await this.obstructionsOf(opened.path) : { obstructions: [] };
-      this.standing.reset();
+      this.state.reset();
+      this.kept.reset();
+      this.table.reset();
       this.panes.allowResult(false);
-      Object.assign(this, { result: null, other: null, boxesSha256: sha256, opened, history: new History({ ...opened.setup, boxes }, saved), placed: JSON.stringify(boxes), changes: null, changedBy: null, heard: opened.sha256, carried: null, draft: null, moving: null, answer: null, chosen: null, onMap: false });
+      Object.assign(this, { result: null, other: null, boxesSha256: sha256, opened, history: new History({ ...opened.setup, boxes }, saved), placed: JSON.stringify(boxes), changes: null, done: new Set(), heard: opened.sha256, carried: null, draft: null, moving: null, answer: null, chosen: null, onMap: false });
       this.legend.reset();
       this.list.open();
       this.picture.open();
@@ -158,7 +163,10 @@ class App {
       this.drawing.open();
       this.render();
       this.try();
-      this.standing.look();
+      if (opened.exists) await this.state.settled();
+      this.state.render();
+      this.kept.look();
+      this.table.look();
     } catch (error) {
       this.fail(error);
     } finally {
@@ -201,7 +209,7 @@ class App {
     if (opened !== this.opened || this.placing.busy) return;
     Object.assign(this, { boxesSha256: sha256, placed: JSON.stringify(boxes) });
     this.change({ ...this.history.state, boxes }, "obstructions changed by another program");
-    this.standing.look();
+    this.state.look();
   }
 
   /** Write the obstructions on screen over those of the file. */
@@ -231,7 +239,7 @@ class App {
   /** Save the set-up on screen over what somebody else saved. */
   async saveOver() {
     try {
-      this.opened.sha256 = (await call("POST", "/api/standing", { path: this.opened.path })).sha256;
+      this.opened.sha256 = (await call("POST", "/api/state", { path: this.opened.path })).sha256;
       await this.save();
     } catch (error) {
       this.fail(error);
@@ -266,7 +274,7 @@ class App {
       history.markSaved(setup);
       this.unsay();
       this.place();
-      this.standing.look();
+      this.state.look();
       this.announce(changed.length ? `Saved ${path}: ${changed.join(", ")}` : `Saved ${path}`);
       this.render();
       if (!sameKinds(setup, opened.setup)) await this.openFile(path, true); // the model was read again: other parts, masses, ways
@@ -280,59 +288,23 @@ class App {
     }
   }
 
+  /** Save the set-up on the screen, with its obstructions, as a site file of its own, and go on with that. */
   async saveVariant() {
     if (!this.opened) return;
+    const names = new Set([this.opened, ...this.table.all].map(({ path }) => path.replace(/\.site\.toml$/, "").split("/").at(-1)));
     const stem = this.opened.name.replace(/ \d+$/, "");
-    const name = await askName("Save as variant", "Name of the variant; it becomes a site file of its own.", `${stem} ${this.variants.length + 2}`, wrongName);
+    let number = 2;
+    while (names.has(`${stem} ${number}`)) number += 1;
+    const name = await askName("Save as variant", "Name of the variant; it becomes a site file of its own.", `${stem} ${number}`, wrongName);
     if (!name) return;
-    const { opened, answer } = this;
-    const setup = this.history.state;
+    const { opened } = this;
     try {
-      const { path } = await call("POST", "/api/variant", { path: opened.path, setup: saved(setup), name });
-      this.enter({ path, name, setup, answer });
-      this.announce(`Saved ${path}`);
+      const { path, double } = await call("POST", "/api/variant", { path: opened.path, setup: saved(this.history.state), name });
+      if (double && path === opened.path) return this.say(`Nothing is changed: ${path} holds this set-up.`, null, "aside");
+      await this.openFile(path, true);
       this.panes.show("variants");
-    } catch (error) {
-      this.fail(error);
-    }
-  }
-
-  /** Put a saved set-up into the table of variants. */
-  enter(variant) {
-    this.variants = [...this.variants.filter((one) => one.path !== variant.path), variant];
-    this.table.render();
-    this.compare(variant.path);
-  }
-
-  /** Note the figures of a saved set-up's plan, and whether it is a plan of what is saved. */
-  async compare(path) {
-    try {
-      const { plan } = await call("POST", "/api/standing", { path });
-      if (plan) this.figures.set(path, figuresOf(plan));
-      else this.figures.delete(path);
-      this.table.render();
-    } catch (error) {
-      this.fail(error);
-    }
-  }
-
-  /** Keep what was open in the table of variants, as it is saved. */
-  remember() {
-    if (this.opened?.exists && this.variants.length) this.enter({ path: this.opened.path, name: this.opened.name, setup: this.history.saved, answer: this.history.isChanged ? null : this.answer });
-  }
-
-  dropVariant(path) {
-    this.variants = this.variants.filter((variant) => variant.path !== path);
-    this.table.render();
-  }
-
-  async addVariant() {
-    const found = await this.files(["site"], "Compare with");
-    if (!found) return;
-    try {
-      const { path, name, setup } = await call("POST", "/api/open", { path: found.path });
-      this.enter({ path, name, setup, answer: null });
-      this.enter({ path, name, setup, answer: await call("POST", "/api/try", { path, setup }) });
+      if (double) this.say(`${path} holds this set-up already; it is open now, and no second file was written.`, null, "aside");
+      else this.announce(`Saved ${path}`);
     } catch (error) {
       this.fail(error);
     }
@@ -368,8 +340,8 @@ class App {
     this.drawing.drawParts();
     this.renderSetup();
     this.place();
-    this.standing.render();
-    this.standing.look();
+    this.state.render();
+    this.state.look();
     this.try();
   }
 
@@ -494,9 +466,9 @@ class App {
     return this.planning.isRunning || this.watching.isRunning;
   }
 
-  /** Show which parts a revision changed; null: none. */
-  setChanges(changes, words) {
-    Object.assign(this, { changes, changedBy: words });
+  /** Mark the parts that the plan refuses or its newest revision changed (null: none), and those that are done. */
+  setMarks(changes, done) {
+    Object.assign(this, { changes, done });
     this.render();
   }
 
@@ -514,6 +486,7 @@ class App {
 
   /** Note the page of the newest result; it is loaded when it is looked at. */
   setResult(page, mark) {
+    if (this.result?.mark !== mark) this.kept.look();
     this.result = { page, mark };
     this.panes.allowResult();
     if (this.panes.now === "result") this.openResult();
@@ -522,13 +495,22 @@ class App {
   openResult() {
     const { page, mark } = this.other ?? this.result ?? {};
     if (page) this.planning.open(page, mark, this.carried?.time_s ?? null);
-    this.standing.render();
+    this.state.render();
   }
 
   /** Plan a saved site. */
   async planOf(path) {
     try {
       await this.planning.start(path);
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+
+  /** Make a report of the newest plan: suffix ".html" or ".pdf". */
+  async report(suffix) {
+    try {
+      await this.planning.run("/api/report", { path: this.opened.path, suffix }, "The report");
     } catch (error) {
       this.fail(error);
     }
@@ -594,18 +576,15 @@ class App {
     const mark = this.isChanged ? ", unsaved changes" : opened.exists ? "" : ", not written yet";
     byId("name").textContent = plain(opened.name);
     byId("path").textContent = plain(opened.path) + mark;
-    document.title = `${this.isChanged ? "• " : ""}${plain(opened.name)}: bimvox studio`;
+    document.title = `${this.isChanged ? "• " : ""}${plain(opened.name)}: ${this.state.now.title} · bimvox studio`;
     const chip = byId("served");
     chip.hidden = !answer;
     if (!answer) return;
-    const now = [...(this.changes?.values() ?? [])].filter(({ kind }) => kind === "refused").length;
-    const refused = Math.max(now, this.standing.refused);
-    const isEarlier = this.standing.state === "earlier";
-    const bad = answer.served < answer.of || answer.problems.length > 0 || refused > 0;
-    const words = `${bad ? "✕" : "✓"} ${whole(answer.served)} of ${whole(answer.of)} can be lifted · highest ${percent(answer.highest)}${refused ? ` · ${whole(refused)} refused in the plan` : ""}${answer.problems.length ? ` · ${counted(answer.problems.length, "problem")}` : ""}${isEarlier ? " · plan of an earlier state" : ""}`;
+    const bad = answer.served < answer.of || answer.problems.length > 0;
+    const words = `${bad ? "✕" : "✓"} ${whole(answer.served)} of ${whole(answer.of)} can be lifted · highest ${percent(answer.highest)}${answer.problems.length ? ` · ${counted(answer.problems.length, "problem")}` : ""}`;
     const problem = answer.problems.length ? `: ${answer.problems[0]}` : ""; // where the set-up is another pane
     if (chip.textContent !== words + problem) fill(chip, words, el("span", { class: "narrow" }, problem));
-    chip.className = `chip ${bad ? "refused" : isEarlier ? "remarked" : "clean"}`;
+    chip.className = `chip ${bad ? "refused" : "plain"}`;
   }
 }
 

@@ -44,6 +44,9 @@ export class Panes {
       tab.tabIndex = one === name ? 0 : -1;
     }
     if (name === "result") this.app.openResult();
-    if (name === "variants") this.app.table?.render();
+    if (name === "variants") {
+      this.app.table?.render();
+      this.app.table?.look();
+    }
   }
 }

@@ -16,16 +16,23 @@ export class Planning {
     return this.job !== null;
   }
 
+  /** Plan a site. */
   async start(path) {
-    const { job } = await call("POST", "/api/plan", { path });
-    this.job = job;
-    this.stage = el("span", { id: "stage", role: "status" }, "Planning starts");
+    await this.run("/api/plan", { path }, "Planning");
+  }
+
+  /** Start a job and follow it. `words`: what it does. */
+  async run(address, asked, words) {
+    const { job } = await call("POST", address, asked);
+    Object.assign(this, { job, words, isReport: address === "/api/report" });
+    this.stage = el("span", { id: "stage", role: "status" }, `${words} starts`);
     this.meter = el("progress", { "aria-label": "Progress of this stage" });
     this.cancel = el("button", { type: "button", onclick: () => this.stop() }, "Cancel");
     fill(this.bar, this.stage, this.meter, el("span", { id: "done" }), this.cancel);
     this.bar.hidden = false;
+    this.app.state.look();
     this.app.render();
-    await this.follow(path);
+    await this.follow(asked.path);
   }
 
   async follow(path) {
@@ -44,7 +51,7 @@ export class Planning {
   }
 
   show({ stage, done, of }) {
-    const words = stage ? `Planning: ${stage}` : "Planning";
+    const words = stage ? `${this.words}: ${stage}` : this.words;
     if (this.stage.textContent !== words) this.stage.textContent = words;
     if (of) {
       this.meter.max = of;
@@ -68,15 +75,19 @@ export class Planning {
     this.job = null;
     this.bar.hidden = true;
     app.render();
-    if (now.state === "done") {
+    app.state.look();
+    if (now.state === "done" && this.isReport) {
+      await app.kept.look();
+      app.announce(`The report of ${path} is ready.`);
+    } else if (now.state === "done") {
       // The result of what is open is shown at once, that of another variant on request.
-      if (path !== app.opened?.path) await app.compare(path);
+      if (path !== app.opened?.path) await app.table.update(path);
       else {
-        await app.standing.settled();
+        await app.state.settled();
         app.panes.show("result");
       }
       app.announce(`The plan of ${path} is ready.`);
-    } else if (now.state === "cancelled") app.say("Planning was cancelled; nothing was written.", null, "aside");
+    } else if (now.state === "cancelled") app.say(`${this.words} was cancelled; nothing was written.`, null, "aside");
     else if (now.error) app.say(typeof now.error === "string" ? now.error : now.error.error, now.hint ?? now.error.hint);
   }
 
@@ -87,6 +98,15 @@ export class Planning {
     if (pane.querySelector("iframe")?.getAttribute("src").split("#")[0] === address) return;
     const wait = el("p", { class: "aside", role: "status" }, "The plan is read and proven again …");
     const src = address + (time_s === null ? "" : `#t=${Math.round(time_s)}`);
-    fill(pane, wait, el("iframe", { src, title: "The plan", onload: () => wait.remove() }));
+    fill(pane, wait, el("iframe", { src, title: "The plan", "data-state": this.told ?? "", onload: () => wait.remove() }));
+  }
+
+  /** Say on the page of the plan of what it is: its own verdict is about the files that it carries. */
+  tell(title) {
+    this.told = title;
+    const frame = byId("shown").querySelector("iframe");
+    if (!frame || frame.dataset.state === title) return;
+    frame.dataset.state = title;
+    frame.contentWindow.page?.header.render();
   }
 }

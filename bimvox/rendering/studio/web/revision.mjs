@@ -1,5 +1,5 @@
 // What a revision of the plan changed, and its words.
-import { counted, whole } from "../page/words.mjs";
+import { whole } from "../page/words.mjs";
 
 /** What a revision did to the parts that it changed: a map from their ids to {kind, reason}. `nameOf`: from an id to a name. */
 export function changesOf(event, nameOf = (id) => id) {
@@ -22,10 +22,15 @@ export function stopWords({ stopped }, nameOf) {
 /** A revision in a line. */
 export function revisionWords(event) {
   const count = (ids) => whole(ids?.length ?? 0);
-  const parts = [`${count(event.kept)} kept`, `${count(event.replanned)} replanned`, `${count(event.retimed)} with new motion`, `${count(event.infeasible)} infeasible`];
+  const parts = [`${count(event.kept)} kept`, `${count(event.replanned)} replanned`, `${count(event.retimed)} with new motion`, `${count(event.infeasible)} refused`];
   const cause = event.obstructions?.length ? ` (${event.obstructions.join(", ")})` : "";
   return `Revision ${event.revision}${cause}: ${parts.join(", ")}${event.latency_ms ? ` · ${whole(event.latency_ms)} ms` : ""}`;
 }
 
-/** The title of the group of changed parts. */
-export const changedTitle = (words, changes) => `${words.match(/^Revision \d+/)?.[0] ?? words}: ${counted(changes.size, "part")} changed`;
+/** The title of the group of parts that the newest revision changed or the plan refuses. `changes`: see changesOf. */
+export function changedTitle(changes, revision) {
+  const count = (kind) => [...changes.values()].filter((change) => change.kind === kind).length;
+  const [refused, replanned, retimed] = ["refused", "replanned", "retimed"].map(count);
+  const words = [refused ? `${whole(refused)} refused` : "", replanned ? `${whole(replanned)} replanned` : "", retimed ? `${whole(retimed)} with new motion` : ""];
+  return `${revision ? `Revision ${whole(revision)}` : "Plan"}: ${words.filter(Boolean).join(", ")}`;
+}

@@ -1,8 +1,8 @@
-// A watch under way: obstructions that are dropped go to their file, and each revision says which parts it changed.
+// A watch under way: obstructions that are dropped go to their file, and each revision is told; the state of the plan marks the parts.
 import { byId, el, fill } from "../page/dom.mjs";
 import { call } from "./api.mjs";
 import { CarriedOut } from "./carried.mjs";
-import { changesOf, revisionWords, stopWords } from "./revision.mjs";
+import { revisionWords, stopWords } from "./revision.mjs";
 
 const TICK_MS = 200;
 
@@ -28,7 +28,7 @@ export class Watching {
     this.end = el("button", { type: "button", onclick: () => this.stop() }, "End the watch");
     fill(this.bar, this.carried ? this.clock : null, this.status, el("span", { class: "gap" }), this.end);
     this.bar.hidden = false;
-    this.app.setChanges(null, null);
+    this.app.state.look();
     if (this.carried) this.ticking = setInterval(() => this.tick(), TICK_MS);
     this.tick();
     await this.follow(path);
@@ -63,11 +63,7 @@ export class Watching {
     this.isBegun = true;
     const words = isFirst ? `Watching ${path}` : [revisionWords(event), stopWords(event, (id) => app.nameOf(id))].filter(Boolean).join(" · ");
     this.status.textContent = words;
-    if (path === app.opened?.path) app.setChanges(isFirst ? null : changesOf(event, (id) => app.nameOf(id)), words);
-    if (path === app.opened?.path) {
-      app.panes.allowResult();
-      app.standing.look();
-    }
+    if (path === app.opened?.path) app.state.look();
     app.announce(words);
   }
 
@@ -91,8 +87,7 @@ export class Watching {
     this.watch = this.carried = null;
     this.bar.hidden = true;
     this.app.setCarried(null);
-    this.app.setChanges(null, null);
-    this.app.standing.look();
+    this.app.state.look();
     if (now.state === "failed") this.app.say(now.error ?? "The watch failed.", now.hint);
   }
 }
