@@ -110,8 +110,7 @@ def _of_crane(was: dict[str, Any], now: dict[str, Any]) -> list[str]:
             found.append(f"set-up {name} {'new' if one is None else 'removed'}")
         elif one != other:
             found += [f"set-up {name} {words}" for words in _of_crane(one, other)]
-    alone = ({key: value for key, value in crane.items() if key != "setup"} for crane in (was, now))
-    return [*found, *_keys(*alone, leave="base_m")]
+    return [*found, *_keys(was, now, leave=("base_m", "setup"))]
 
 
 def _of_areas(_: str, was: dict[str, Any], now: dict[str, Any]) -> list[str]:
@@ -135,7 +134,7 @@ def _of_model(_: str, was: dict[str, Any], now: dict[str, Any]) -> list[str]:
     found = []
     if was["ground_m"] != now["ground_m"] and None not in (was["ground_m"], now["ground_m"]):
         found.append(f"the ground ({now['ground_m'] - was['ground_m']:+.2f} m)")
-    if keys := _keys(was, now, leave="ground_m" if found else None):
+    if keys := _keys(was, now, leave=("ground_m",) if found else ()):
         found.append(f"[model] {', '.join(keys)}")
     return found
 
@@ -150,11 +149,11 @@ _TABLES: dict[str, Callable[[str, Any, Any], list[str]]] = {
 }
 
 
-def _keys(was: Any, now: Any, leave: str | None = None) -> list[str]:
+def _keys(was: Any, now: Any, leave: tuple[str, ...] = ()) -> list[str]:
     """Return the keys that differ between two tables, the first few with their values."""
     if not isinstance(was, Mapping) or not isinstance(now, Mapping):
         return []
-    keys = [key for key in dict.fromkeys([*now, *was]) if was.get(key) != now.get(key) and key != leave]
+    keys = [key for key in dict.fromkeys([*now, *was]) if was.get(key) != now.get(key) and key not in leave]
     both = {key: (now.get(key), was.get(key)) for key in keys[:_MOST_KEYS]}
     words = [
         f"{key} {_word(new)}, was {_word(old)}" if _are_short(new, old) else key for key, (new, old) in both.items()

@@ -749,8 +749,8 @@ def test_a_page_is_made_again_when_a_revision_is_there(page: Page, folder: Path,
     monkeypatch.setattr("bimvox_pipeline.studio.plans.page_of_log", lambda log, **_: made.append(log) or b"page")
     (folder / "a.mcap").write_bytes(b"plan")
     for _ in range(2):
-        page.studio.page("a.mcap")
+        page.studio.plans.page("a.mcap")
     assert len(made) == 1
     (folder / "a.r0001.mcap").write_bytes(b"revision")
-    page.studio.page("a.mcap")
+    page.studio.plans.page("a.mcap")
     assert len(made) == 2
