@@ -31,7 +31,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-slow test-all test-page test-slim test-fleet sizes check lint types contracts samples bench bench-real-files bench-motion check-log bench-voxelize bench-environment bench-render \
 	bench-planning bench-yard bench-class-rates bench-watch bench-scale bench-studio bench-many-lifts bench-generalist bench-generalist-seeds bench-decision bench-live bench-cold bench-frozen train-generalist soak-watch soak-files \
-	picture site constraints audit advisories wheel release clean
+	picture sketches site constraints audit advisories wheel release clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F'\t' '{printf "  make %-14s %s\n", $$1, $$2}'
@@ -141,7 +141,7 @@ bench-planning: setup ## what the chosen order and yard save, and the share of t
 bench-yard: setup ## what smaller truckloads save: docs/data/measured.txt
 	$(BIN)/python -m benchmarks.yard $(ARGS)
 
-bench-class-rates: setup ## minutes a part by class of work, next to published rates: docs/formats.md
+bench-class-rates: setup ## minutes a part by class of work, next to published rates: docs/work.md
 	$(BIN)/python -m benchmarks.class_rates
 
 bench-watch: setup ## from a changed obstruction file to the new plan on disk: docs/watching.md
@@ -201,6 +201,9 @@ picture: setup ## draw the README's picture again
 	$(BIN)/bimvox plan $(OUT)/prefab.site.toml -o $(OUT)/prefab.mcap
 	$(BIN)/bimvox render $(OUT)/prefab.mcap --lift 71 -o docs/images/prefab.png
 	$(BIN)/bimvox render $(OUT)/prefab.mcap --size 480x300 --fps 8 --seconds 12 -o docs/images/assembly.gif
+
+sketches: setup ## draw the sketches of the docs again: docs/images/sketch-*.svg
+	$(BIN)/python -m docs.sketches
 
 site: setup ## the docs as a site: offline search, pages of commands and formats, notebooks executed
 	$(UV) pip install --quiet --python $(BIN)/python $(LOCKED) --group docs

@@ -1,4 +1,4 @@
-"""Crane time of a part by its class of work, next to published rates: ``make bench-class-rates``, docs/formats.md.
+"""Crane time of a part by its class of work, next to published rates: ``make bench-class-rates``, docs/work.md.
 
 Samples are planned as ``bimvox init`` sets them up: default times, motion included, without unloading, breaks and wind.
 No sample is of steel: those rows are hall.ifc with every part taken as steel, masses as they are.

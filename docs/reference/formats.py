@@ -18,10 +18,10 @@ _Rows = list[tuple[str, ...]]
 
 
 _PAGES = {
-    "site": ("Site file", "[formats](../formats.md) and [cranes](../cranes.md)"),
-    "crane": ("Crane file", "[cranes](../cranes.md)"),
-    "gear": ("Gear file", "[cranes](../cranes.md#slings)"),
-    "obstructions": ("Obstruction file", "[formats](../formats.md#obstruction-file)"),
+    "site": ("Site file", "[formats](../formats.md#site-file)"),
+    "crane": ("Crane file", "[your own crane](../crane-file.md)"),
+    "gear": ("Gear file", "[slings](../slings.md)"),
+    "obstructions": ("Obstruction file", "[obstructions](../obstructions.md)"),
     "sweep": ("Sweep file", "[many sites](../scale.md#many-sites-seeds-and-what-ifs)"),
     "grid": ("Grid file", "[formats](../formats.md#grid)"),
     "log": ("Log (MCAP)", "[formats](../formats.md#log)"),
@@ -113,7 +113,7 @@ def _keys(definition: Document, document: Document) -> Iterator[str]:
         rows: _Rows = [
             (f"`{key}`", *(f"{value['default'][head]:g}" for head in heads)) for key, value in classes.items()
         ]
-        yield from [f"[Classes of work](../formats.md#classes-of-work), each {_kind(one, document)}; defaults:", ""]
+        yield from [f"[Classes of work](../sequence.md#classes-of-work), each {_kind(one, document)}; defaults:", ""]
         yield from [*table(("key", *(f"`{head}`" for head in heads)), rows), ""]
 
 

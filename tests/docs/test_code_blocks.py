@@ -138,6 +138,8 @@ def test_the_trainings_for_researchers_learn(capsys: pytest.CaptureFixture[str])
 
 
 INLINE = re.compile(r"`((?:bimvox|make) [^`]+)`")
+SHOWN = re.compile(r"^(bimvox [^#\n]+?)(?: +#.*)?$", re.M)
+"""A command in a block that is shown and not run."""
 
 
 def test_every_inline_command_exists():
@@ -146,7 +148,8 @@ def test_every_inline_command_exists():
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.M))
     checked = 0
     for name in every_name():
-        for line in INLINE.findall(text_of(name)):
+        shown = [line for block in blocks(name, "bash") for line in SHOWN.findall(block)]
+        for line in [*INLINE.findall(text_of(name)), *shown]:
             words = re.sub(r"\s+", " ", line).split(" ")
             if words[0] == "make":
                 assert words[1] in targets, f"{name}: {line}"

@@ -1,4 +1,4 @@
-"""The page *What verified means* has every check that the program can make, and no other."""
+"""The page of the checks has every check that the program can make, and no other."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ def made() -> Iterator[tuple[Path, ast.expr]]:
 
 def test_every_check_and_no_other_is_on_the_page() -> None:
     named = {name.value for _, name in made() if isinstance(name, ast.Constant)}
-    rows = re.findall(r"^- `([a-z_]+)`: ", (ROOT / "docs" / "verified.md").read_text(), re.MULTILINE)
+    rows = re.findall(r"^- `([a-z_]+)`: ", (ROOT / "docs" / "checks.md").read_text(), re.MULTILINE)
     assert sorted(rows) == sorted(named | set(CHECKS) | set(UNITS) | set(CRANES_UNITS) | set(ASKED_FOR))
 
 
 def test_every_claim_and_no_other_is_on_the_page() -> None:
-    page = (ROOT / "docs" / "verified.md").read_text()
+    page = (ROOT / "docs" / "checks.md").read_text()
     rows = re.findall(r"^\| `([a-z_]+)` \| (.*) \| (?:nothing|`(--[a-z]+)`) \|$", page, re.MULTILINE)
     assert rows == [(claim.name, claim.text, claim.bind_with or "") for claim in CLAIMS]
 

@@ -122,7 +122,7 @@ def support(record: dict[str, Any]) -> str:
     about = (
         "Static loads in service of this plan, without dynamic factors, wind on the crane, ties, and load cases out of "
         "service, unless the maker's are stated: the manufacturer's table of corner and foundation loads governs. "
-        "docs/lift-plan.md has the method."
+        "docs/report-rules.md has the method."
     )
     return section(
         "Loads on foundation and ground",

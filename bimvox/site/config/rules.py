@@ -60,7 +60,7 @@ class CrewTimesConfig(Table):
 class TimesConfig(Table):
     """The crew's times by class of work, while the crane stands.
 
-    Typical of the field, not measured; sources: docs/formats.md.
+    Typical of the field, not measured; sources: docs/work.md.
     """
 
     footing: CrewTimesConfig = CrewTimesConfig.of(FIELD_TIMES.footing)
@@ -109,7 +109,7 @@ class CastingConfig(Table):
 
     It begins when all earlier parts are set and what it rests on carries. The crane goes on with what does not rest on
     it, then it pauses. Work before the first lift is done when the clock starts. Typical of the field, not measured;
-    sources: docs/formats.md.
+    sources: docs/work.md.
     """
 
     people: Annotated[Positive, Field(le=1e4)] = FIELD_CASTING.people
@@ -172,7 +172,7 @@ Cures = Annotated[NotNegative, Field(le=2e4)]
 class CuringConfig(Table):
     """Hours, nights included, from the release of a lifted part until its joints carry what rests on it.
 
-    Sources: docs/formats.md. All 0: they carry at once.
+    Sources: docs/work.md. All 0: they carry at once.
     """
 
     footing_h: Cures = FIELD_CURING.footing_h
@@ -221,7 +221,7 @@ class PropTypeConfig(Table):
 
 
 class PropsConfig(Table):
-    """Push-pull props of walls and columns, shores below planks. Sources: docs/formats.md."""
+    """Push-pull props of walls and columns, shores below planks. Sources: docs/props.md."""
 
     planned: Flag = True
     """``false``: the plan says nothing of what holds a part when its slings come off."""
@@ -246,7 +246,7 @@ class PropsConfig(Table):
 class TwoHooksConfig(Table):
     """How a part that lies is turned over in the air by the main and the auxiliary hook of its crane.
 
-    Typical of the field, not measured; sources: docs/lift-plan.md.
+    Typical of the field, not measured; sources: docs/slings.md.
     """
 
     clear_m: Annotated[NotNegative, Field(le=20.0)] = _FLIP.clear_m

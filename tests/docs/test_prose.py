@@ -1,0 +1,63 @@
+"""Pages are written in short sentences and paragraphs; see CONTRIBUTING.md."""
+
+from __future__ import annotations
+
+import pytest
+from doc_commands import DOCUMENTS, name_of, text_of
+from doc_prose import faults, prose_of
+
+NOT_YET: frozenset[str] = frozenset(
+    (
+        "README.md",
+        "ARCHITECTURE.md",
+        "docs/data-card.md",
+        "docs/generalist.md",
+        "docs/glossary.md",
+        "docs/install.md",
+        "docs/library.md",
+        "docs/live.md",
+        "docs/measured.md",
+        "docs/model-card.md",
+        "docs/paper.md",
+        "docs/pictures.md",
+        "docs/planners.md",
+        "docs/scale.md",
+        "docs/start/engineer.md",
+        "docs/start/researcher.md",
+        "docs/supply.md",
+        "docs/tutorial.md",
+        "docs/voxelizing.md",
+    )
+)
+"""Pages that break a rule. Take one off the list when you rewrite it; add none."""
+
+
+@pytest.mark.parametrize("name", [name_of(file) for file in DOCUMENTS])
+def test_a_page_reads_easily(name: str):
+    found = list(faults(text_of(name)))
+    if name in NOT_YET:
+        assert found, f"{name} keeps the rules now: take it off NOT_YET"
+    else:
+        assert not found, "\n".join(found)
+
+
+def test_prose_is_what_a_reader_reads():
+    page = "# A head\n\nOne `x, y; z`. Two (see\n[it](a.md)).\n\n- three\n- four\n"
+    page += "\n```sh\nbimvox plan\n```\n\n| a | b |\n|---|---|\n"
+    assert prose_of(page).paragraphs == ("One Code. Two (see it).", "three", "four")
+    assert prose_of(page).sentences == ["One Code", "Two (see it).", "three", "four"]
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("word " * 26 + ".", "26 words"),
+        ("word " * 15 + "and.", "16.0 words on average"),
+        ("It is one; it is two; it is three.", "semicolons"),
+        ("It is one — or two.", "dash"),
+        ("A crane (tower, mobile, luffing) lifts.", "brackets"),
+        ("It lifts a part. " * 40, "7 lines"),
+    ],
+)
+def test_each_rule_finds_its_fault(text: str, fault: str):
+    assert fault in "\n".join(faults(text))
