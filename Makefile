@@ -74,7 +74,7 @@ test-slim: wheel ## the wheel without its extras: size, the acts, and what it sa
 	rm -rf $(SLIM)
 	$(PYTHON) -m venv --without-pip $(SLIM)
 	$(UV) pip install --quiet --python $(SLIM)/bin/python $(LOCKED) -r pyproject.toml
-	$(UV) pip install --quiet --python $(SLIM)/bin/python --no-deps dist/*.whl
+	$(UV) pip install --quiet --python $(SLIM)/bin/python --no-deps --no-index --find-links dist bimvox
 	BIMVOX_SLIM=$(abspath $(SLIM)) $(BIN)/python -m pytest tests/test_slim.py -n 0
 
 test-fleet: setup ## fleets on a real local Ray and a real local Dask cluster, and the Parquet table

@@ -14,12 +14,16 @@ numba serializes and rebuilds the machine code. Only the key and the files are o
   seconds. The lock is the operating system's, which releases it when a process ends for any reason.
 - It trusts what is on the disk. Here a checksum comes with it.
 - It stores in each file the code of all called kernels. Here each is stored once (`KernelCode`).
+
+A wheel for a platform brings the machine code of the demo's kernels, compiled for a common processor (`COMMON`). What
+this processor or these packages cannot use is compiled.
 """
 
 from __future__ import annotations
 
 import dis
 import enum
+import functools
 import hashlib
 import itertools
 import os
@@ -33,6 +37,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding
 import numba
 import numpy as np
 import platformdirs
@@ -110,7 +115,9 @@ def _load(file: Path, target_context: Any) -> Any:
         target_context.refresh()
         *state, called = pickle.loads(content)
         for symbol, name in called.items():  # a symbol that is nowhere would end the process
-            if symbol not in _FILES and _load(file.parents[1] / name, target_context) is None:
+            if symbol not in _FILES and not any(
+                _load(folder / name, target_context) is not None for folder in (cache_folder(), SHIPPED)
+            ):
                 return None
         result = CompileResult._rebuild(target_context, *state)
         _remember(result, file)
@@ -135,6 +142,25 @@ def cache_folder() -> Path:
     """Return the folder of the machine code: ``NUMBA_CACHE_DIR`` if set, otherwise the user's cache folder."""
     named = os.environ.get("NUMBA_CACHE_DIR")
     return Path(named) if named else Path(platformdirs.user_cache_dir("bimvox")) / "kernels"
+
+
+SHIPPED = Path(__file__).with_name("machine_code")
+"""The folder of the machine code that a wheel brings; a checkout has none."""
+
+COMMON = (
+    "x86-64-v3",
+    "+avx,+avx2,+bmi,+bmi2,+cx16,+f16c,+fma,+lzcnt,+movbe,+popcnt,+sahf,+sse3,+sse4.1,+sse4.2,+ssse3",
+)
+"""Name and features of the processor for which a wheel's machine code is compiled, as LLVM has them."""
+
+
+@functools.cache
+def _fits_here() -> bool:
+    """Return whether this processor can run what is compiled for the common one."""
+    if not SHIPPED.is_dir() or numba.config.CPU_NAME is not None:
+        return False
+    here = llvmlite.binding.get_host_cpu_features()
+    return all(here.get(feature.removeprefix("+"), False) for feature in COMMON[1].split(","))
 
 
 class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
@@ -173,8 +199,8 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
         """Return the machine code for a signature; None if it is not on disk or cannot be read, so must be compiled."""
         if not self._is_enabled:
             return None
-        file = self._file(sig, target_context.codegen())
-        found = _load(file, target_context)
+        codegen = target_context.codegen()
+        found, file = _load(self.there(sig, codegen), target_context), self._file(sig, codegen)
         if found is None and self._turns:
             self._turns[-1].enter_context(compiling_one())
             self._turns[-1].enter_context(uncollected())  # looking for garbage took a tenth of the time of compiling
@@ -217,11 +243,20 @@ class KernelCache(_Cache):  # type: ignore[misc]  # numba has no types
         """Return what tells this machine code's symbol from all others, in every process: its file's digest."""
         return self._file(arguments, codegen).stem.rpartition("-")[2]
 
-    def _file(self, sig: Any, codegen: Any) -> Path:
+    def there(self, sig: Any, codegen: Any) -> Path:
+        """Return the file with the machine code for a signature: the user's, or that of the wheel if only it exists."""
+        file = self._file(sig, codegen)
+        if _fits_here() and not file.is_file():
+            shipped = SHIPPED / file.parent.name / self._file(sig, codegen, COMMON).name
+            return shipped if shipped.is_file() else file
+        return file
+
+    def _file(self, sig: Any, codegen: Any, processor: tuple[str, str] | None = None) -> Path:
         if self._digest is None:  # on first use: the kernel may call functions defined below it
             self._digest = digest_of(self._dispatcher)
         arguments, _ = normalize_signature(sig)
-        machine = (codegen.magic_tuple(), numba.__version__, sys.version_info)
+        platform, *own = codegen.magic_tuple()
+        machine = (platform, *(processor or own), numba.__version__, sys.version_info[:2])
         key = (_FORMAT, self._digest, str(arguments), *_fields_of(arguments), machine)
         return Path(self.cache_path) / f"{self._stem}-{_hashed(repr(key).encode())}.nbc"
 
@@ -241,7 +276,7 @@ def _lock(file: Path, turn: ExitStack, wait_s: float | None = None) -> bool:
 def file_of(dispatcher: Any, arguments: tuple[Any, ...]) -> Path:
     """Return the file that holds the machine code of a kernel for arguments of these types, once it is compiled."""
     cache: KernelCache = dispatcher._cache
-    return cache._file(arguments, numba.core.registry.cpu_target.target_context.codegen())
+    return cache.there(arguments, numba.core.registry.cpu_target.target_context.codegen())
 
 
 def is_locked(file: Path) -> bool:

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from bimvox.extras import EXTRAS
+from supply.machine_code import can_compile
 
 SLIM = os.environ.get("BIMVOX_SLIM")
 MOST_MB = 700
@@ -23,12 +24,12 @@ print(sum(file.size or 0 for one in distributions() for file in one.files or ())
 
 def bimvox(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """Run the command of the environment in a folder, without anything of the checkout."""
-    known = {"PATH", "HOME", "LANG", "NUMBA_CACHE_DIR"}
+    known = {"PATH", "HOME", "LANG"}
     environment = {key: value for key, value in os.environ.items() if key in known}
     return subprocess.run(
         [str(Path(SLIM or "") / "bin" / "bimvox"), *arguments],
         cwd=folder,
-        env={**environment, "BIMVOX_POLICIES": str(folder / "policies")},
+        env={**environment, "BIMVOX_POLICIES": str(folder / "policies"), "NUMBA_CACHE_DIR": str(folder / "kernels")},
         capture_output=True,
         text=True,
         check=False,
@@ -55,6 +56,11 @@ def test_it_takes_less_than_700_mb_and_has_no_package_of_an_extra(python: str) -
     modules = [module for modules in EXTRAS.values() for module in modules]
     found = f"from importlib.util import find_spec; print(*[m for m in {modules} if find_spec(m)])"
     assert subprocess.run([python, "-I", "-c", found], capture_output=True, text=True, check=True).stdout.split() == []
+
+
+@pytest.mark.skipif(not can_compile(), reason="no wheel with machine code is made here")
+def test_a_first_run_compiles_nothing(planned: Path) -> None:
+    assert [file.name for file in (planned / "kernels").rglob("*.nbc")] == []
 
 
 @pytest.mark.parametrize(
