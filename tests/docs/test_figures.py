@@ -266,9 +266,9 @@ NOT_AGAIN = {
     (PAPER_PAGE, "| observation |"): "sixty trainings",
 }
 WITHOUT_FIGURES = (
-    "docs/index.md", "docs/install.md", "docs/lift-plan.md", "docs/planners.md", "docs/reading.md", "docs/verified.md",
+    "README.md", "docs/index.md", "docs/install.md", "docs/lift-plan.md", "docs/planners.md", "docs/reading.md",
     "docs/checks.md", "docs/clearances.md", "docs/export.md", "docs/formats.md", "docs/obstructions.md",
-    "docs/parts.md", "docs/report-rules.md", "docs/wind.md",
+    "docs/parts.md", "docs/pictures.md", "docs/remarks.md", "docs/report-rules.md", "docs/verified.md", "docs/wind.md",
 )  # fmt: skip
 
 
