@@ -6,22 +6,7 @@ import pytest
 from doc_commands import DOCUMENTS, name_of, text_of
 from doc_prose import faults, prose_of
 
-NOT_YET: frozenset[str] = frozenset(
-    (
-        "ARCHITECTURE.md",
-        "docs/data-card.md",
-        "docs/generalist.md",
-        "docs/glossary.md",
-        "docs/install.md",
-        "docs/live.md",
-        "docs/measured.md",
-        "docs/model-card.md",
-        "docs/paper.md",
-        "docs/scale.md",
-        "docs/supply.md",
-        "docs/voxelizing.md",
-    )
-)
+NOT_YET: frozenset[str] = frozenset(("ARCHITECTURE.md",))
 """Pages that break a rule. Take one off the list when you rewrite it; add none."""
 
 

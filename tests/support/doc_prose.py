@@ -17,6 +17,7 @@ _ITEM = re.compile(r"^\s*(?:[-*]|\d+\.) +", re.M)
 _LINK = re.compile(r"!?\[([^\[\]]*)\]\([^()\s]*(?:\([^()]*\))?[^()\s]*\)")
 _END = re.compile(r"(?<![ (][A-Z])(?<!e\.g)(?<!i\.e)[.!?][\"'*)\]]*\s+(?=[A-Z0-9\"'*(\[`]|bimvox )")
 _BRACKETS = re.compile(r"\(([^()]*)\)")
+_TUPLE = re.compile(r"(?:\d+|[a-zA-Z])(?:, (?:\d+|[a-zA-Z]))+")
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ def faults(text: str) -> Iterator[str]:
         if re.search(r"—| – ", sentence):
             yield f"a dash: {sentence}"
         for inside in _BRACKETS.findall(sentence):
-            if inside.count(",") + inside.count(";") > 1:
+            if inside.count(",") + inside.count(";") > 1 and not _TUPLE.fullmatch(inside):
                 yield f"a list in brackets: ({inside})"
     for paragraph in prose.paragraphs:
         lines = math.ceil(len(paragraph) / LINE)
