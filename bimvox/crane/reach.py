@@ -7,6 +7,7 @@ own place within its column counts instead of the centre.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from hashlib import sha256
@@ -333,24 +334,28 @@ def _below_the_jib(
 
 
 def _inward_m(
-    load_m: Rectangle, x: NDArray[np.float64], y: NDArray[np.float64], half_m: float, size_m: float
+    load_m: Rectangle | Sequence[NDArray[np.float64]],
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    half_m: float,
+    size_m: float,
 ) -> NDArray[np.float64]:
-    """Return (X, Y) how far a load reaches from its hook towards the slewing axis, where it is below the jib.
+    """Return how far a load reaches from its hook towards the slewing axis, where it is below the jib.
 
     Seen along the jib, only the part of the load within its width counts. From a hook elsewhere in the column the jib
-    points a little aside, so it counts as so much wider.
+    points a little aside, so it counts as so much wider. All arrays have shapes that fit each other.
 
     Args:
         load_m: The load on plan, from its hook.
-        x: (X, 1) columns, from the axis.
-        y: (1, Y) columns, from the axis.
+        x: Where the hook is, from the axis.
+        y: The same.
         half_m: Half the jib's width.
         size_m: Edge of a column.
     """
-    radius_m = np.maximum(np.hypot(x, y), size_m)
+    radius_m = np.maximum(np.hypot(x, y), max(size_m, 1e-9))
     ux, uy = x / radius_m, y / radius_m
     low_x, low_y, high_x, high_y = load_m
-    reach_m = float(np.hypot(max(-low_x, high_x), max(-low_y, high_y)))
+    reach_m = np.hypot(np.maximum(-low_x, high_x), np.maximum(-low_y, high_y))
     turned = np.minimum(2.0**0.5 * size_m / radius_m, 1.0)
     wide_m = np.minimum(half_m + 0.5 * 2.0**0.5 * size_m + reach_m * turned, reach_m)
     # The corner towards the axis; if it is aside of the jib, the end of the line along the jib's edge instead.
@@ -361,6 +366,26 @@ def _inward_m(
         along_y = np.where(np.abs(uy) > 1e-9, (corner_y - aside_m * ux) / uy, -np.inf)
     inward_m: NDArray[np.float64] = -np.maximum(along_x, along_y) + wide_m * turned
     return np.minimum(inward_m, reach_m)
+
+
+def highest_loads_m(
+    jib: LuffingJib,
+    from_axis_m: tuple[NDArray[np.float64], NDArray[np.float64]],
+    load_m: Rectangle | Sequence[NDArray[np.float64]],
+) -> NDArray[np.float64]:
+    """Return the highest top of a load that keeps its heading and is below the jib as a whole, not only at its hook.
+
+    Args:
+        jib: The jib.
+        from_axis_m: x and y of the hook, from the slewing axis.
+        load_m: The load on plan, from its hook.
+    """
+    x, y = from_axis_m
+    radius = np.hypot(x, y)
+    luff = np.clip(luff_of_radius(jib, radius), *jib.luff_rad)
+    inner = np.maximum(radius - _inward_m(load_m, x, y, jib.width_m / 2.0, 0.0) - jib.pivot_offset_m, 0.0)
+    high: NDArray[np.float64] = jib.pivot_height_m + inner * np.tan(luff) - jib.width_m / 2.0
+    return high
 
 
 @kernel

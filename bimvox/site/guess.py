@@ -31,7 +31,7 @@ from bimvox.site.lifting import HangsAt, lifting_by
 from bimvox.site.machine import crane_config, cranes_of, machine_config
 from bimvox.site.map_frame import read_from_map
 from bimvox.site.means import SAY_WHAT, Means, Reasoned, beyond_road, cast_alike, may_be_cast, nothing_to_lift
-from bimvox.site.moving_guess import MovingCrane, best_moving, fit_of_moving
+from bimvox.site.moving_guess import DRIVEN_ON_M, MovingCrane, best_moving, fit_of_moving
 from bimvox.site.parts import entries_by_id, is_erected
 from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, place_building, site_extent, top_m
 from bimvox.site.set_ups import OPEN_ZONES, ground_plan, mast_room_m
@@ -440,7 +440,7 @@ def meanwhile(
     ids = {element.id for element in lifted}
     others = [element for element in elements if element.id not in ids]
     high = [element for element in elements if element.mesh.bounds_m[1, 2] > _LEVEL_M]
-    there = [e for e in others if e.mesh.bounds_m[0, 2] <= ON_GROUND_M < e.mesh.bounds_m[1, 2]]
+    there = [e for e in others if e.mesh.bounds_m[0, 2] <= ON_GROUND_M and e.mesh.bounds_m[1, 2] > DRIVEN_ON_M]
     return [one for one in others if one.role is Role.COMPONENT], (ground_plan(high), ground_plan(there))
 
 

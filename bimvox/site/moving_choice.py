@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-_LEVEL_M = 0.3
-"""A part whose top is no further from the foot of another one may carry it."""
+_LEVEL_M = 0.05
+"""Parts whose feet differ by no more stand on the same level."""
 _OVERLAP_M = 0.01
 
 
@@ -35,17 +35,18 @@ class Stands:
 
 
 def carriers(bounds_m: NDArray[np.float64]) -> list[NDArray[np.int64]]:
-    """Return which parts may carry each part, by their boxes; no part comes before one of a lower number of them.
+    """Return which parts come before each part, by their boxes: those below it, which may carry it or be shut in by it.
+
+    Loads come from above. So of two parts that overlap on plan, the one whose foot is lower comes first.
 
     Args:
         bounds_m: (N, 2, 3) boxes of the parts.
     """
     low_m, high_m = bounds_m[:, 0], bounds_m[:, 1]
-    over = np.abs(low_m[:, None, 2] - high_m[:, 2]) <= _LEVEL_M
+    over = low_m[:, None, 2] > low_m[:, 2] + _LEVEL_M
     for axis in (0, 1):
         over &= low_m[:, None, axis] < high_m[:, axis] - _OVERLAP_M
         over &= high_m[:, None, axis] > low_m[:, axis] + _OVERLAP_M
-    over &= low_m[:, None, 2] > low_m[:, 2]
     return [np.flatnonzero(row) for row in over]
 
 
@@ -62,22 +63,37 @@ def chosen_places(stands: Stands, under: Sequence[NDArray[np.int64]], order: Seq
         order: The parts, each behind those that may carry it.
         most: The most set-ups.
     """
-    found: list[int] = []
-    rank = (0, 0.0)
-    while len(found) < most:
-        tried = [(_best_at(stands, under, order, found, at), at) for at in range(len(found) + 1)]
-        ((served, reach_m), place), at = min(tried, key=lambda one: (one[0][0], one[1]))
-        if served >= rank[0]:
-            break
-        found.insert(at, place)
-        rank = (served, reach_m)
-        found, rank = _exchanged(stands, under, order, found, rank)
+    found, rank = _grown(stands, under, order, [], most)
+    better = True
+    while better:
+        # Where none more helps, another one in place of one of them may, and then one more.
+        better = False
+        for at in range(len(found)):
+            other, now = _grown(stands, under, order, found[:at] + found[at + 1 :], most)
+            if now[0] < rank[0]:
+                found, rank, better = other, now, True
+                break
     for at in reversed(range(len(found))):
         rest = found[:at] + found[at + 1 :]
         if rest and _rank(stands, under, order, rest)[0] <= rank[0]:
             found = rest
             rank = _rank(stands, under, order, found)
     return found
+
+
+def _grown(
+    stands: Stands, under: Sequence[NDArray[np.int64]], order: Sequence[int], found: list[int], most: int
+) -> tuple[list[int], tuple[int, float]]:
+    """Return set-ups with as many more as serve more parts, and their rank."""
+    rank = _rank(stands, under, order, found) if found else (0, 0.0)
+    while len(found) < most:
+        tried = [(_best_at(stands, under, order, found, at), at) for at in range(len(found) + 1)]
+        ((served, reach_m), place), at = min(tried, key=lambda one: (one[0][0], one[1]))
+        if served >= rank[0]:
+            break
+        found = [*found[:at], place, *found[at:]]
+        found, rank = _exchanged(stands, under, order, found, (served, reach_m))
+    return found, rank
 
 
 def set_up_of_parts(

@@ -18,7 +18,7 @@ from shapely.geometry.base import BaseGeometry
 from bimvox.bim.building import Element
 from bimvox.crane.machine import Machine, carries_most
 from bimvox.crane.outline import outline_of
-from bimvox.crane.reach import MARGIN_M, distances_m, highest_hooks_m, radii_for_m
+from bimvox.crane.reach import MARGIN_M, distances_m, highest_hooks_m, highest_loads_m, radii_for_m
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.site.config.crane import MOST_SET_UPS
 from bimvox.site.config.site_config import Polygon
@@ -31,7 +31,9 @@ from bimvox.site.moving_choice import Stands, carriers, chosen_places, set_up_of
 from bimvox.site.parts import is_erected
 from bimvox.site.set_ups import MastPlaces, lattice, mast_room_m
 
-_MOST_BASES = 400
+_MOST_BASES = 900
+DRIVEN_ON_M = 0.5
+"""A crane drives onto what lies on the ground and is no higher: a slab, which it stands on."""
 _PITCH_M = 1.0
 """Of the places for parts that are tried."""
 _MOST_ROWS = 4
@@ -171,8 +173,9 @@ class _Problem:
         self._lying_m = np.sort(on_plan, axis=1)[:, ::-1] + 2.0 * gap_m
         low_m, high_m = all_m[:, 0], all_m[:, 1]
         boxes = shapely.box(low_m[:, 0], low_m[:, 1], high_m[:, 0], high_m[:, 1])
-        # A crane drives on a slab on the ground.
-        self._boxes = np.where(high_m[:, 2] > ON_GROUND_M, boxes, shapely.Point())
+        driven_on = (low_m[:, 2] <= ON_GROUND_M) & (high_m[:, 2] <= DRIVEN_ON_M)
+        self._boxes = np.where(driven_on, shapely.Point(), boxes)
+        self._slabs = boxes[driven_on], high_m[driven_on, 2]
         self._masses_kg = wanted.demand.masses_kg
         self._places = MastPlaces(wanted.config, building, standing)
         # Parts lie in the yard of the site file, otherwise where the building never is.
@@ -210,23 +213,27 @@ class _Problem:
         if not where:
             return None
         served, taken, radius_m = (np.concatenate(one) for one in zip(*stands, strict=True))
-        all_stands = Stands(served, taken, radius_m, self._free_parts)
+        kept = _best_rigs(where, served[:, ~self._free_parts])
+        where = [where[n] for n in kept]
+        if not where:
+            return None
+        all_stands = Stands(served[kept], taken[kept], radius_m[kept], self._free_parts)
         places = chosen_places(all_stands, self._under, self._order, MOST_SET_UPS)
         if not places:
             return None
         which = set_up_of_parts(all_stands, self._under, self._order, places)[~self._free_parts]
         parts = [np.flatnonzero(which == n) for n in range(len(places))]
         yard = self._yard([where[n] for n in places], parts)
-        kept = [n for n, own in enumerate(parts) if len(own) and (self._given or yard[n] is not None)]
-        if not kept:
+        used = [n for n, own in enumerate(parts) if len(own) and (self._given or yard[n] is not None)]
+        if not used:
             return None
-        cranes = tuple(_on_base(where[places[n]]) for n in kept)
-        lifts_s, moves_s = self._lifts_s(sum(len(parts[n]) for n in kept)), moves_of_s(cranes)
+        cranes = tuple(self._on_base(where[places[n]]) for n in used)
+        lifts_s, moves_s = self._lifts_s(sum(len(parts[n]) for n in used)), moves_of_s(cranes)
         return MovingCrane(
             machine,
             cranes,
-            self._given or tuple(polygon for n in kept if (polygon := yard[n]) is not None),
-            tuple(tuple(parts[n].tolist()) for n in kept),
+            self._given or tuple(polygon for n in used if (polygon := yard[n]) is not None),
+            tuple(tuple(parts[n].tolist()) for n in used),
             lifts_s,
             moves_s,
             self._wanted.rates(machine).total((lifts_s + moves_s) / 3600.0),
@@ -247,6 +254,14 @@ class _Problem:
         """Return about how long some of the lifts take."""
         return self._wanted.standing_s * lifts / len(self._masses_kg) + _MOVING_S * lifts
 
+    def _on_base(self, one: _Stand) -> TowerCrane:
+        """Return a crane on its base: on the ground, or on the slabs below it."""
+        boxes, tops_m = self._slabs
+        half_m = one.crane.mast_size_m / 2.0
+        below = shapely.intersects(boxes, shapely.box(*(one.base_m - half_m), *(one.base_m + half_m)))
+        foot_m = max(0.0, float(tops_m[below].max(initial=0.0)))
+        return replace(one.usual, base_m=(*one.base_m.tolist(), round(foot_m, 3)))
+
     def _stands(self, crane: TowerCrane, bases_m: _Floats) -> tuple[NDArray[np.bool_], NDArray[np.bool_], _Floats]:
         """Return (B, N) whether a crane as used serves each part from (B, 2) bases, is in its way, and its radius."""
         assert crane.luffing is not None
@@ -256,11 +271,22 @@ class _Problem:
         # Not over the whole building, as a crane that stays: each part over its own place.
         hook_m = hooks_over_m(self._bounds_m[:, 1, 2], crane)
         able &= highest_hooks_m(crane.luffing, radius_m.ravel()).reshape(radius_m.shape) >= hook_m
+        able &= self._below_boom(crane, bases_m)
         able &= self._nearest_m(crane, bases_m) + MARGIN_M <= far_m
         room_m = _room_m(self._wanted, crane)
         taken = shapely.distance(shapely.points(bases_m)[:, None], self._boxes) < room_m
         more = ((0, 0), (0, int(self._free_parts.sum())))
         return np.pad(able, more, constant_values=True), taken, np.pad(radius_m, more)
+
+    def _below_boom(self, crane: TowerCrane, bases_m: _Floats) -> NDArray[np.bool_]:
+        """Return (B, N) whether each part hangs below the boom over its place, in its heading there."""
+        assert crane.luffing is not None
+        hooks_m, bounds_m = self._wanted.demand.places_m, self._bounds_m
+        away_m = hooks_m - bases_m[:, None]
+        load_m = [bounds_m[:, end, axis] - hooks_m[:, axis] for end in (0, 1) for axis in (0, 1)]
+        high_m = highest_loads_m(crane.luffing, (away_m[..., 0], away_m[..., 1]), load_m)
+        below: NDArray[np.bool_] = high_m >= hooks_over_m(bounds_m[:, 1, 2], crane) - crane.sling_m
+        return below
 
     def _nearest_m(self, crane: TowerCrane, bases_m: _Floats) -> _Floats:
         """Return (B, N) the least radius at which each part may lie beside a crane."""
@@ -286,12 +312,24 @@ class _Problem:
             found.append(polygon)
         return found
 
+    def _picked(self, one: _Stand, own: NDArray[np.int64], boxes: NDArray[np.object_]) -> NDArray[np.int64]:
+        """Return how many parts of a set-up lie within its reach in each of (C,) rectangles, along the longer side."""
+        x0, y0, x1, y1 = shapely.bounds(boxes).reshape(-1, 4).T
+        centres_m, half_m = np.column_stack([x0 + x1, y0 + y1]) / 2.0, np.column_stack([x1 - x0, y1 - y0]) / 2.0
+        along_x = (half_m[:, 0] >= half_m[:, 1])[:, None, None]
+        sizes_m = np.where(along_x, self._lying_m[own], self._lying_m[own, ::-1])
+        # The hook is over the middle of a part, which lies within the rectangle.
+        spare_m = np.maximum(half_m[:, None] - sizes_m / 2.0, 0.0)
+        away_m = np.maximum(np.abs(centres_m - one.base_m)[:, None] - spare_m, 0.0)
+        _, far_m = radii_for_m(one.crane, self._masses_kg[own]).T
+        count: NDArray[np.int64] = (np.hypot(away_m[..., 0], away_m[..., 1]) + MARGIN_M <= far_m).sum(axis=1)
+        return count
+
     def _beside(self, one: _Stand, own: NDArray[np.int64], taken: BaseGeometry) -> Polygon | None:
         """Return the rectangle for the parts of a set-up: where most of them may lie, the largest, then the nearest."""
         long_m, wide_m = (float(np.ceil(value)) for value in self._lying_m[own].max(axis=0))
         open_area = shapely.difference(self._free, taken)
         shapely.prepare(open_area)
-        _, far_m = radii_for_m(one.crane, self._masses_kg[own]).T
         base, tried = shapely.Point(one.base_m), list[tuple[tuple[int, int, float, int], BaseGeometry]]()
         for rows in range(1, min(_MOST_ROWS, len(own)) + 1):
             for sides_m in ((long_m, rows * wide_m), (rows * wide_m, long_m)):
@@ -299,7 +337,7 @@ class _Problem:
                 boxes = shapely.box(*(self._centres_m - half_m).T, *(self._centres_m + half_m).T)
                 fits = boxes[shapely.contains_properly(open_area, boxes)]
                 at_m = shapely.distance(base, fits) + wide_m / 2.0
-                most = (at_m[:, None] <= far_m).sum(axis=1)
+                most = self._picked(one, own, fits)
                 tried += [
                     ((-int(count), -rows, round(float(m), 6), len(tried) + n), box)
                     for n, (count, m, box) in enumerate(zip(most, at_m, fits, strict=True))
@@ -311,8 +349,18 @@ class _Problem:
         return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
 
 
-def _on_base(one: _Stand) -> TowerCrane:
-    return replace(one.usual, base_m=(*one.base_m.tolist(), 0.0))
+def _best_rigs(where: Sequence[_Stand], served: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return the stands that serve a part, without those on whose base another rig serves the same parts and more."""
+    rigs: dict[tuple[float, ...], list[int]] = {}
+    for n in np.flatnonzero(served.any(axis=1)).tolist():
+        rigs.setdefault(tuple(where[n].base_m.tolist()), []).append(n)
+    best: list[int] = []
+    for rows in rigs.values():
+        own = served[rows]
+        within = (own[:, None] <= own).all(axis=-1)
+        worse = ((within & ~within.T) | np.tril(within & within.T, -1)).any(axis=1)
+        best += np.array(rows)[~worse].tolist()
+    return np.sort(np.array(best, np.int64))
 
 
 def _room_m(wanted: Wanted, crane: TowerCrane) -> float:

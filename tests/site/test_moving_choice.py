@@ -69,6 +69,17 @@ def test_parts_are_carried_by_what_is_under_them() -> None:
     assert [under.tolist() for under in carriers(bounds_m)] == [[], [0, 2], [], []]
 
 
+def test_a_ramp_comes_before_the_slab_that_would_shut_it_in() -> None:
+    slab, ramp = [[-17.0, -9.0, 0.17], [26.0, 15.0, 0.32]], [[0.0, 7.0, 0.0], [4.0, 8.0, 1.8]]
+    assert [before.tolist() for before in carriers(np.array([slab, ramp]))] == [[1], []]
+
+
+def test_another_place_is_taken_back_if_two_others_serve_more() -> None:
+    """Place 0 serves most by itself, but with it no second one serves more; places 1 and 2 serve all."""
+    stands = stands_of([[1, 1, 1, 1, 0, 0], [1, 1, 0, 0, 1, 0], [0, 0, 1, 1, 0, 1]])
+    assert sorted(chosen_places(stands, [NOTHING] * 6, range(6), 2)) == [1, 2]
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_no_sequence_of_two_places_serves_more_than_what_is_chosen(seed: int) -> None:
     random = np.random.default_rng(seed)

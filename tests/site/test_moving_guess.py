@@ -29,7 +29,7 @@ def row(count: int, mass_kg: float):
     ]
 
 
-def asked(lifted, others=(), yard=None, share: float | None = 0.85):
+def asked(lifted, others=(), yard=None, share: float | None = 0.85, standing=None):
     """Return what a crane is chosen for, in the order of the arguments of ``best_moving``."""
     config = SiteConfig(
         model=ModelConfig(path="a.ifc"),
@@ -37,11 +37,12 @@ def asked(lifted, others=(), yard=None, share: float | None = 0.85):
         rules=RulesConfig(highest_utilisation=share),
     )
     plan = ground_plan([*lifted, *others])
-    return Wanted(config, lifted, plan, 10.0, None), lifted, others, (plan, ground_plan(others))
+    stands = ground_plan(others if standing is None else standing)
+    return Wanted(config, lifted, plan, 10.0, None), lifted, others, (plan, stands)
 
 
-def moving(lifted, others=(), yard=None, share: float | None = 0.85) -> MovingCrane | None:
-    return best_moving([MACHINE], *asked(lifted, others, yard, share), 0.5)
+def moving(lifted, others=(), yard=None, share: float | None = 0.85, standing=None) -> MovingCrane | None:
+    return best_moving([MACHINE], *asked(lifted, others, yard, share, standing), 0.5)
 
 
 def test_one_place_is_enough_for_what_it_reaches() -> None:
@@ -86,6 +87,16 @@ def test_what_is_cast_on_the_ground_keeps_the_crane_away() -> None:
     found = moving(lifted, [block])
     assert found is not None
     assert all(crane.base_m[1] > 0.2 for crane in found.cranes)
+
+
+def test_it_stands_on_a_slab_on_the_ground_within_the_building() -> None:
+    lifted = row(3, 1000.0)
+    slab = box_element("slab", (-60.0, -60.0, 0.1), (100.0, 25.0, 0.32), mass_kg=1e6)
+    yard = (((-4.0, -20.0), (40.0, -20.0), (40.0, -12.0), (-4.0, -12.0)),)
+    found = moving(lifted, [slab], yard, standing=[])
+    assert found is not None
+    assert found.served == 3
+    assert {crane.base_m[2] for crane in found.cranes} == {0.32}
 
 
 def test_a_given_yard_stays() -> None:
