@@ -559,3 +559,20 @@ def test_a_check_that_looked_at_nothing_has_not_passed(browser, tmp_path):
     told = next(row for row in rows if row.startswith("zones"))
     assert "nothing to check" in told
     assert "passed" not in told
+
+
+def test_a_list_is_one_stop_of_the_tab_key_and_arrows_move_in_it(seen):
+    stops = "() => [...document.querySelectorAll('#list tbody button')].filter((one) => one.tabIndex === 0).length"
+    assert seen.page.evaluate(stops) == 1
+    seen.page.focus("#list tbody tr:nth-child(1) button")
+    speed = seen.page.input_value("#speed")
+    for key, row in (("ArrowDown", 2), ("End", 3), ("ArrowDown", 3), ("Home", 1), ("ArrowUp", 1), ("ArrowDown", 2)):
+        seen.page.keyboard.press(key)
+        assert seen.page.evaluate("() => document.activeElement.closest('tr').rowIndex") == row, key
+    assert seen.page.input_value("#speed") == speed
+    assert seen.page.evaluate(stops) == 1
+    seen.page.keyboard.press("Shift+Tab")
+    seen.page.keyboard.press("Tab")
+    assert seen.page.evaluate("() => document.activeElement.closest('tr').rowIndex") == 2
+    seen.page.keyboard.press("Enter")
+    assert seen.page.get_attribute("#list tr.chosen button", "tabindex") == "0"

@@ -24,6 +24,7 @@ const KEYS = [
   ["r", "list the remarks"],
   ["p", "paths: of the lift under way, of the chosen part, all, none"],
   ["[ ]", "earlier or later revision"],
+  ["Tab", "next list or control; in a list ↑ ↓ Home End move between its rows"],
   ["Esc", "clear the choice"],
   ["?", "this list"],
 ];

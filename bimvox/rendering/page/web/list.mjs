@@ -1,6 +1,7 @@
 // The list of lifts: search, sorting, and current states.
 import { byId, el, fill } from "./dom.mjs";
 import { HOW, sorted } from "./plan.mjs";
+import { Roving } from "./roving.mjs";
 import { LOOKS, SEEN } from "./visibility.mjs";
 import { STATES, classWords, counted, nameOf, percent, shortClock } from "./words.mjs";
 
@@ -11,6 +12,7 @@ export class LiftList {
   constructor(app) {
     this.app = app;
     this.body = byId("list").tBodies[0];
+    this.roving = new Roving(this.body, "td button");
     this.search = byId("search");
     this.key = "order";
     this.descending = false;
@@ -32,6 +34,7 @@ export class LiftList {
     const lifts = sorted(plan, plan.matching(visibility.query), this.key, this.descending);
     this.rows = new Map();
     fill(this.body, ...lifts.map((lift) => this._row(plan, lift)));
+    this.roving.renew();
     for (const button of this.buttons) {
       const own = button.dataset.sort === this.key;
       button.setAttribute("aria-pressed", String(own));
@@ -83,7 +86,10 @@ export class LiftList {
       if (!this.search.value && this.key === "order" && !this.body.contains(document.activeElement)) this._reveal(this.lift?.part);
     }
     this.rows.get(this.lift?.part)?.row.classList.add("now");
-    if (this.chosen !== app.chosen) this.rows.get(this.chosen)?.row.classList.remove("chosen");
+    if (this.chosen !== app.chosen) {
+      this.rows.get(this.chosen)?.row.classList.remove("chosen");
+      this.roving.stopAt(this.rows.get(app.chosen)?.button);
+    }
     this.chosen = app.chosen;
     const own = this.rows.get(this.chosen);
     own?.row.classList.add("chosen");

@@ -1,5 +1,6 @@
 // The remarks of a plan: what a person should look at, by severity and kind. A click leads to the part and its lift.
 import { byId, el, fill } from "./dom.mjs";
+import { Roving } from "./roving.mjs";
 import { counted, nameOf } from "./words.mjs";
 
 /** A longer group is closed at first. */
@@ -63,7 +64,9 @@ export class Remarks {
   _kind(severity, kind, group) {
     const order = (remark) => this._lift(remark)?.order ?? -1;
     const items = group.slice().sort((a, b) => order(a) - order(b)).map((remark) => el("li", {}, this._remark(remark)));
-    return el("details", { class: `kind ${severity}`, open: group.length <= LONG }, el("summary", {}, `${kind.replaceAll("_", " ")} (${group.length})`), el("ul", {}, ...items));
+    const list = el("ul", {}, ...items);
+    new Roving(list, "li button").renew();
+    return el("details", { class: `kind ${severity}`, open: group.length <= LONG }, el("summary", {}, `${kind.replaceAll("_", " ")} (${group.length})`), list);
   }
 
   _lift(remark) {

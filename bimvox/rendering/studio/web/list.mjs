@@ -1,5 +1,6 @@
 // The list of parts: what cannot be lifted first, then by storey and class.
 import { byId, el, fill } from "../page/dom.mjs";
+import { Roving } from "../page/roving.mjs";
 import { counted, nameOf, tonnes, whole } from "../page/words.mjs";
 import { Kinds } from "./kinds.mjs";
 import { CHOICES, MEANS, withMeans } from "./setup.mjs";
@@ -15,6 +16,7 @@ export class List {
     this.app = app;
     this.rows = new Map();
     this.kinds = new Kinds(app);
+    this.roving = new Roving(byId("parts-list"), "li[data-part] button");
     byId("query").addEventListener("input", (event) => app.filter({ query: event.target.value }));
   }
 
@@ -76,6 +78,7 @@ export class List {
       chooseMeans(group.means, commonMeans(group.parts, app.setup));
       if (group.element.open) this.fill(group.rows, own); // a closed one is filled when it opens
     }
+    this.roving.renew();
   }
 
   /** Put the rows of parts into a list, as the parts are now. */
