@@ -7,16 +7,18 @@ from docs.sketches.canvas import FAINT, FORBIDDEN, GREY, INK, MOVING, PART, SET,
 
 def clearances() -> Sketch:
     """From the yard over a wall to the place: which distance holds where."""
-    draw = Sketch("A lift from the side: the clearances of its departure, transit and approach", height=360)
+    draw = Sketch("A lift from the side: the clearances of its departure, transit and approach", 770, 360)
     draw.line((20, 320), (700, 320), width=2.5)
     draw.box((60, 290), (90, 30), PART)
     draw.words((105, 340), "yard", where="middle")
-    draw.box((165, 260), (60, 60), FAINT)
-    draw.words((195, 295), "part", where="middle")
+    draw.box((205, 200), (60, 120), FAINT)
+    draw.words((235, 270), "part", where="middle")
+    draw.box((60, 210), (90, 30), "none", MOVING, dashed=True)
     draw.box((350, 190), (70, 130), FAINT)
     draw.words((385, 260), "what is\nthere", where="middle")
-    draw.box((520, 220), (40, 100), FAINT)
-    draw.box((660, 220), (30, 100), FAINT)
+    draw.box((490, 170), (40, 150), FAINT)
+    draw.box((660, 270), (30, 50), FAINT)
+    draw.box((565, 190), (90, 30), "none", MOVING, dashed=True)
     draw.box((565, 290), (90, 30), "#c6f6d5", SET, dashed=True)
     draw.words((610, 340), "place", where="middle")
     draw.box((60, 80), (90, 30), "#bee3f8", MOVING)
@@ -27,8 +29,10 @@ def clearances() -> Sketch:
     draw.line((390, 80), (390, 20), colour=MOVING)
     draw.measure((385, 112), (385, 188), "transit_clearance_m: 2 m")
     draw.measure((392, 40), (460, 40), "rope_clearance_m: 0.5 m,\nto what is higher", (42, -4))
-    draw.measure((107, 240), (163, 240), "departure_clearance_m: 0.5 m", (-50, -10))
-    draw.measure((562, 250), (608, 250), "approach_clearance_m: 0.5 m", (-150, -42))
+    draw.measure((152, 225), (203, 225), "", (0, 0))
+    draw.words((112, 160), "departure_clearance_m:\n0.5 m", GREY)
+    draw.measure((532, 205), (563, 205), "", (0, 0))
+    draw.words((618, 130), "approach_\nclearance_m: 0.5 m", GREY)
     draw.words(
         (20, 30), "departure: straight up\ntransit: from there to above the place\napproach: the last moves", GREY
     )
