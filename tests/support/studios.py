@@ -14,7 +14,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
-WAIT_S = 60
+WAIT_S = 180
+"""A plan takes many times as long on a machine with other work."""
 ENVIRONMENT = os.environ | {"PYTHONUNBUFFERED": "1"}
 
 

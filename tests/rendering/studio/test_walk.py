@@ -145,11 +145,11 @@ def test_a_day_from_the_first_opening_to_the_report(browser: Any, folder: Path) 
             "() => document.querySelector('#shown iframe').contentDocument.getElementById('facts').textContent"
         )
         assert facts.startswith("7 lifts planned, 1 refused")
-        studio.page.click("#kept button:has-text('Make a report')")
+        studio.page.click("#kept button:has-text('As PDF')")
         studio.page.wait_for_selector("#kept a")
-        assert studio.page.inner_text("#kept a").startswith("frame.report.html, ")
+        assert studio.page.inner_text("#kept a").startswith("frame.report.pdf, ")
         assert "earlier" not in studio.page.inner_text("#kept a")
-        assert (folder / "frame.report.html").stat().st_size > 10_000
+        assert (folder / "frame.report.pdf").read_bytes().startswith(b"%PDF")
         # The truck leaves: the plan and its report are of an earlier state, and planned again they are not.
         boxes(folder)
         says(studio, EARLIER, "Changed since: obstruction truck (removed)")
