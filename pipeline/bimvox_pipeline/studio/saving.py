@@ -144,7 +144,7 @@ def _as_read(opened: Opened, text: str, site: Path, wanted: Setup) -> Opened:
             same = all(
                 _is_same(own["base_m"], there["base_m"]) and own["machine"] == there["machine"] for own, there in pairs
             )
-        elif key in ("ground_m", "kinds"):
+        elif key in ("ground_m", "kinds", "calendar"):
             same = value is None or _is_same(value, found[key])
         elif key == "truckload_kg":
             same = value in (None, saved.config.rules.truckload_kg)
@@ -198,6 +198,8 @@ def _edited(opened: Opened, config: SiteConfig, wanted: Setup) -> tuple[str, lis
     if wanted.ground_m not in (None, before.ground_m):
         document.setdefault("model", tomlkit.table())["ground_m"] = _tidy(wanted.ground_m)
         changed.append("model.ground_m")
+    if wanted.calendar not in (None, before.calendar):
+        changed += _calendar(document, before, wanted)
     if wanted.truckload_kg is not None:
         document.setdefault("rules", tomlkit.table())["truckload_kg"] = _tidy(wanted.truckload_kg)
         changed.append("rules.truckload_kg")
@@ -216,6 +218,20 @@ def _edited(opened: Opened, config: SiteConfig, wanted: Setup) -> tuple[str, lis
     if config.component != opened.config.component:
         changed += _components(document, opened.config, config)
     return tomlkit.dumps(document), changed
+
+
+def _calendar(document: Any, before: Setup, wanted: Setup) -> list[str]:
+    """Write what differs between two calendars; return the keys."""
+    assert wanted.calendar is not None
+    was = {} if before.calendar is None else before.calendar.model_dump()
+    differ = {key: value for key, value in wanted.calendar.model_dump().items() if value != was.get(key)}
+    table = document.setdefault("calendar", tomlkit.table())
+    for key, value in differ.items():
+        if value is None:
+            table.remove(key)
+        else:
+            table[key] = _item(value)
+    return [f"calendar.{key}" for key in differ]
 
 
 class _ToFile:

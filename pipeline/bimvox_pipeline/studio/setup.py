@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from datetime import date
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -14,6 +15,7 @@ from bimvox.crane.reach import standing
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import InputError
 from bimvox.site.catalogue import machines_called, own_machines
+from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.config.crane import CraneConfig, LuffingConfig, SetUpConfig
 from bimvox.site.config.site_config import ComponentConfig, KindConfig, Polygon, SiteConfig, ZoneConfig
 from bimvox.site.config.validation import Number, first_finding
@@ -58,8 +60,16 @@ class _KindSetup(_Part):
     means: str | None = None
 
 
+class _CalendarSetup(_Part):
+    """When work begins, and on which days and in which shifts it is done."""
+
+    start: date | None = None
+    days: Annotated[tuple[str, ...], Field(max_length=7)] = ()
+    shifts: Annotated[tuple[str, ...], Field(max_length=24)] = ()
+
+
 class Setup(_Part):
-    """What people set by hand: cranes, areas, zones, truckload, the ground, what parts are and how they are set."""
+    """What people set by hand: cranes, areas, zones, truckload, ground, calendar, what parts are, how they are set."""
 
     cranes: tuple[CraneSetup, ...] = ()
     yard: tuple[Polygon, ...] = ()
@@ -75,6 +85,8 @@ class Setup(_Part):
     """None: the site file's."""
     ground_m: Annotated[Number, Field(ge=-1e6, le=1e6)] | None = None
     """Height of the ground in the model; None: the site file's."""
+    calendar: _CalendarSetup | None = None
+    """None: the site file's."""
 
 
 def impossible(error: ValidationError, schema: type[BaseModel], what: str) -> InputError:
@@ -124,6 +136,7 @@ def setup_of(
         ],
         "means": dict(means),
         "ground_m": config.model.ground_m,
+        "calendar": config.calendar.model_dump(mode="json", include={"start", "days", "shifts"}),
         "kinds": [one.model_dump() for one in config.model.kinds if isinstance(one, KindConfig)],
         "part_kinds": dict(part_kinds),
     }
@@ -180,6 +193,8 @@ def with_setup(
         update["model"] = config.model.model_copy(update={"ground_m": wanted.ground_m})
     if wanted.truckload_kg is not None:
         update["rules"] = config.rules.model_copy(update={"truckload_kg": wanted.truckload_kg})
+    if wanted.calendar not in (None, opened.calendar):
+        update["calendar"] = _calendar(config.calendar, wanted.calendar)
     if wanted.zones != opened.zones:
         update["zone"] = tuple(_zone(n, zone) for n, zone in enumerate(wanted.zones, start=1))
     if wanted.cranes != opened.cranes and isinstance(config.crane, CraneConfig) and config.moves:
@@ -217,6 +232,13 @@ def _kind(number: int, wanted: _KindSetup) -> KindConfig:
         return KindConfig.model_validate(wanted.model_dump(exclude_none=True))
     except ValidationError as error:
         raise impossible(error, KindConfig, f"type {number}") from None
+
+
+def _calendar(own: CalendarConfig, wanted: _CalendarSetup) -> CalendarConfig:
+    try:
+        return CalendarConfig.model_validate(own.model_dump() | wanted.model_dump())
+    except ValidationError as error:
+        raise impossible(error, CalendarConfig, "the calendar") from None
 
 
 def _zone(number: int, zone: _ZoneSetup) -> ZoneConfig:

@@ -7,6 +7,7 @@ import math
 import os
 import shutil
 import time
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -226,6 +227,28 @@ def test_the_ground_is_shown_with_its_reason_and_set_by_hand(page: Page, folder:
     assert again["setup"]["ground_m"] == -1.5
     assert again["ground_why"] == "", "it is no longer what the model says"
     assert again["parts"][0]["low_m"] == opened["parts"][0]["low_m"] + 1.5
+
+
+def test_the_first_day_and_the_shifts_are_set_by_hand(page: Page, folder: Path):
+    opened = page.open()
+    given = opened["setup"]["calendar"]
+    assert given == {"start": None, "days": ["Mon", "Tue", "Wed", "Thu", "Fri"], "shifts": ["07:00-16:00"]}
+    wanted = {"start": "2026-12-07", "days": ["Mon", "Sat"], "shifts": ["07:00-12:00", "13:00-17:00"]}
+    setup = {**opened["setup"], "calendar": wanted}
+    saved = page.ok("/api/save", path="a.site.toml", setup=setup, sha256=opened["sha256"])
+    assert set(saved["changed"]) >= {"calendar.start", "calendar.days", "calendar.shifts"}
+    calendar = load_site_config(folder / "a.site.toml").calendar
+    assert (calendar.start, calendar.days) == (date(2026, 12, 7), ("Mon", "Sat"))
+    assert "start = 2026-12-07" in (folder / "a.site.toml").read_text()
+    again = page.open()
+    assert again["setup"]["calendar"] == wanted
+    setup = {**again["setup"], "calendar": {**wanted, "start": None}}
+    saved = page.ok("/api/save", path="a.site.toml", setup=setup, sha256=again["sha256"])
+    assert saved["changed"] == ["calendar.start"]
+    assert page.open()["setup"]["calendar"]["start"] is None
+    for wrong in ({"shifts": ["7 to 8"]}, {"days": ["Someday"]}, {"start": "soon"}, {"shifts": []}):
+        answer = page.post("/api/try", path="a.site.toml", setup={**setup, "calendar": {**given, **wrong}})
+        assert answer.status_code == 400, wrong
 
 
 @pytest.mark.slow

@@ -746,6 +746,25 @@ CONTRAST = """() => {
 """Texts with less contrast than WCAG AA asks for (4.5)."""
 
 
+def test_the_first_day_and_the_shifts_are_typed_and_saved(studio):
+    studio.page.click('[data-group="calendar"] summary')
+    studio.page.fill('[data-key="calendar-start"]', "2026-12-07")
+    studio.page.uncheck('[data-key="calendar-Fri"]')
+    studio.page.fill('[data-key="calendar-shifts"]', "seven")
+    studio.page.keyboard.press("Tab")
+    assert "are no shifts" in studio.page.inner_text("#told")
+    studio.page.fill('[data-key="calendar-shifts"]', "7:00-12:00, 13:00-17:00")
+    studio.page.keyboard.press("Tab")
+    studio.settled()
+    studio.save()
+    saved = studio.saved()["calendar"]
+    assert str(saved["start"]) == "2026-12-07"
+    assert saved["days"] == ["Mon", "Tue", "Wed", "Thu"]
+    assert saved["shifts"] == ["07:00-12:00", "13:00-17:00"]
+    studio.page.click("#undo")
+    assert studio.page.input_value('[data-key="calendar-shifts"]') == "07:00-16:00"
+
+
 GRIP = ".ground-handle .grip"
 
 

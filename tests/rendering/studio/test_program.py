@@ -16,6 +16,7 @@ from bimvox.rendering.page.page import web_files
 
 NODE = shutil.which("node")
 MODULES = (
+    "calendar",
     "geometry",
     "view",
     "snap",
@@ -370,6 +371,19 @@ def test_dimensions_of_what_is_dragged(run):
     assert run(texts, [SETUP, "yard/0/0", edges]) == ["6.00 m", "8.00 m"]
     assert run(texts, [SETUP, "yard/0", edges]) == ["8.00 m", "6.00 m", "8.00 m", "6.00 m"]
     assert run("dimensions.areaWords(asked)", SETUP["yard"][0]) == "48.0 m²"
+
+
+def test_typed_shifts(run):
+    typed = ["07:00-16:00", "7:00 – 12:00,13:00-17:00", "22:00-06:00", "", "7-16", "07:00-25:00", "07:60-08:00"]
+    assert run("asked.map(calendar.shiftsOf)", typed) == [
+        ["07:00-16:00"],
+        ["07:00-12:00", "13:00-17:00"],
+        ["22:00-06:00"],
+        None,
+        None,
+        None,
+        None,
+    ]
 
 
 def test_typed_numbers(run):

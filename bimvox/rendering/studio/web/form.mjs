@@ -1,6 +1,7 @@
 // The pane of the set-up: what is typed and chosen. Fields are made once for a structure and then only updated, so that focus stays.
 import { byId, el, fill, terms } from "../page/dom.mjs";
 import { classWords, fixed, nameOf, sentence, tonnes } from "../page/words.mjs";
+import { calendarFields } from "./calendar.mjs";
 import { areaWords } from "./dimensions.mjs";
 import { chooseMeans } from "./list.mjs";
 import { axisNames, numberOf, pointOf, shownPair, written } from "./numbers.mjs";
@@ -55,7 +56,7 @@ export class Form {
     const open = new Map([...this.body.querySelectorAll("details")].map((group) => [group.dataset.group, group.open]));
     this.fields = [];
     const several = app.setup.cranes.length > 1;
-    const group = (id, title, ...content) => el("details", { class: "group-of", "data-group": id, open: open.get(id) ?? !/^(access|construction|zones)/.test(id) }, el("summary", {}, title), ...content);
+    const group = (id, title, ...content) => el("details", { class: "group-of", "data-group": id, open: open.get(id) ?? !/^(access|construction|zones|calendar)/.test(id) }, el("summary", {}, title), ...content);
     // What is added is typed next: its fields open, and the first one has the focus.
     const adding = (key, words, added) => el("button", { type: "button", "data-key": key, onclick: () => this.add(words, added()) }, words);
     const areas = areasOf(app.setup).map((area) => {
@@ -69,6 +70,7 @@ export class Form {
       group("ground", "Ground", this.ground()),
       ...app.setup.cranes.map((crane, n) => group(`cranes/${n}`, craneName(crane, n, several), this.crane(n))),
       ...areas,
+      group("calendar", "Calendar", calendarFields(this)),
       el("div", { class: "links" }, app.opened.moves ? null : el("button", { type: "button", "data-key": "add-crane", onclick: () => this.addCrane() }, "Add a crane"), adding("add-yard", "Add a yard", () => withArea(app.setup, "yard", app.drawing.view.centre)), adding("add-access", "Add an access", () => withArea(app.setup, "access", app.drawing.view.centre, "", [12, 4])), adding("add-zone", "Add a zone", () => withArea(app.setup, "zones", app.drawing.view.centre)), adding("add-box", "Add an obstruction", () => withObstruction(app.setup, app.drawing.view.centre))),
     );
     if (key) this.body.querySelector(`[data-key="${CSS.escape(key)}"]`)?.focus();

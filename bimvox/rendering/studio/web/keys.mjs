@@ -44,7 +44,7 @@ export function watchKeys(app) {
   document.addEventListener("keydown", (event) => {
     if (document.querySelector("dialog[open]") || event.altKey) return;
     const at = event.target;
-    const typing = at instanceof HTMLInputElement && at.type !== "radio";
+    const typing = at instanceof HTMLInputElement && !/^(radio|checkbox)$/.test(at.type);
     const key = event.key.length > 1 ? event.key : event.key.toLowerCase();
     if (event.ctrlKey || event.metaKey) {
       const act = withControl[key.toLowerCase()];
