@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from datetime import date
 from enum import StrEnum
 
 import numpy as np
@@ -239,6 +240,8 @@ class Building:
         connections: Pairs of element ids that the file connects (``IfcRelConnectsElements`` and its subtypes).
         storeys: Its storeys, in the order of the file.
         terrain_m: Height of the terrain in the file's world coordinates, if the file states it as a number.
+        starts_on: First day of the schedule in the file, if it has one.
+        written_on: Day on which the file was written, if it says so.
     """
 
     elements: tuple[Element, ...]
@@ -250,6 +253,8 @@ class Building:
     connections: tuple[tuple[str, str], ...] = ()
     storeys: tuple[Storey, ...] = ()
     terrain_m: float | None = None
+    starts_on: date | None = None
+    written_on: date | None = None
 
     def __repr__(self) -> str:
         lifted = sum(element.role is Role.COMPONENT for element in self.elements)

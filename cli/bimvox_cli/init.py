@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from datetime import date, datetime
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -58,6 +59,19 @@ def init(
             help="What the parts are: a table that `bimvox inspect --csv` wrote, corrected, next to the site file.",
         ),
     ] = None,
+    start: Annotated[
+        datetime | None,
+        typer.Option(
+            "--start",
+            formats=["%Y-%m-%d"],
+            metavar="YYYY-MM-DD",
+            help="First day of work. Default: that of the model's schedule, otherwise the first Monday after the model "
+            "was written.",
+        ),
+    ] = None,
+    full: Annotated[
+        bool, typer.Option("--full", help="Write every key with its default. Otherwise only those that differ.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", "-f", help="Replace an existing site file.")] = False,
 ) -> int:
     """Write and draw a site file with guesses for crane and yard."""
@@ -72,6 +86,8 @@ def init(
             voxel_size_m=voxel_size,
             crane=crane,
             kind_file=kind_file,
+            start=None if start is None else start.date(),
+            full=full,
             force=force,
             progress=output.progress,
         )
@@ -95,12 +111,20 @@ def _show(console: Console, document: Mapping[str, Any], *, verbose: bool) -> No
             ("site", f"{document['site']}, drawn in {document['drawing']}"),
             ("parts", f"{counted(document['components'], 'part')} in the plan; {document['structure']:,} stand before"),
             ("ground", f"{document['ground_m']:.4g} m: {document['ground_why']}"),
+            ("start", _start(document)),
             ("crane", _crane(document)),
             ("not lifted", _not_lifted(document["cannot_lift"])),
             ("more", "-v: other cranes, and all types of parts"),
         ],
     )
     show_kinds(console, document["kinds"], most=_KINDS)
+
+
+def _start(document: Mapping[str, Any]) -> str:
+    """Return the first day of work, and where it comes from."""
+    if document["start"] is None:
+        return "no date in the model: times are day 1 07:00; --start YYYY-MM-DD sets one"
+    return f"{date.fromisoformat(document['start']):%a %d %b %Y}: {document['start_why']}"
 
 
 def _crane(document: Mapping[str, Any]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import date
 from pathlib import Path
 from typing import Any, cast
 
@@ -14,7 +15,7 @@ from bimvox.progress import Progress
 from bimvox_pipeline.cranes import choice_notes, smaller_machines, unserved_document
 
 
-def init(
+def init(  # noqa: PLR0913  (the options of a command)
     model: Path,
     out: Path | None = None,
     *,
@@ -22,6 +23,8 @@ def init(
     voxel_size_m: float | None = None,
     crane: str | None = None,
     kind_file: Path | None = None,
+    start: date | None = None,
+    full: bool = False,
     force: bool = False,
     progress: Progress,
 ) -> dict[str, Any]:
@@ -36,6 +39,9 @@ def init(
         crane: A kind of crane, a machine of the catalogue, the file of a machine next to the site file, or
             ``fictitious``; default: a hammerhead.
         kind_file: A corrected CSV file of types, next to the site file, that says what parts are.
+        start: First day of work; default: that of the model's schedule, otherwise the first Monday after the model was
+            written, if it says when.
+        full: Write every key with its default, instead of only what differs.
         force: Replace an existing site file, which may contain the planner's edits.
         progress: Receives the stages.
 
@@ -51,12 +57,14 @@ def init(
     from bimvox.rendering.report.drawing_file import drawing_file
     from bimvox.rendering.report.site_drawing import drawing_of_site
     from bimvox.site.catalogue import machines_called
+    from bimvox.site.config.calendar import CalendarConfig
     from bimvox.site.config.kind_file import corrections_in
     from bimvox.site.config.site_config import ModelConfig, SiteConfig
     from bimvox.site.config.template import precast_line, site_toml
     from bimvox.site.guess import USUAL_TM, cranes_that_fit, ground_why, guess_site
     from bimvox.site.kind_rows import kind_rows
     from bimvox.site.means import Means
+    from bimvox.site.start_guess import start_of
 
     target = out or default_output(model, ".site.toml")
     machines = () if crane is None else machines_called(crane, target)
@@ -98,7 +106,17 @@ def init(
     shown = {own.machine, *(fit.machine for fit in smaller)}
     examples = [element.id for element in building.elements if element.role is Role.COMPONENT][:2]
     why = ground_why(config, building)
-    toml = site_toml(config, example_ids=examples, crane_notes=notes, kinds=kinds, ground_why=why).encode()
+    begins, start_why = start_of(building) if start is None else (start, "as asked for")
+    config = config.model_copy(update={"calendar": CalendarConfig(start=begins)})
+    toml = site_toml(
+        config,
+        example_ids=examples,
+        crane_notes=notes,
+        kinds=kinds,
+        ground_why=why,
+        start_why="" if start is not None else start_why,
+        short=not full,
+    ).encode()
     progress.stage("draw")
     name = config.name or model.stem
     write_together({target: toml, drawn: drawing_file(drawing_of_site(config, building), name)}, inputs=[model])
@@ -121,6 +139,8 @@ def init(
         "ground_why": why,
         "components": roles.count(Role.COMPONENT),
         "structure": roles.count(Role.STRUCTURE),
+        "start": None if begins is None else begins.isoformat(),
+        "start_why": start_why,
         "crane": own.machine,
         "other_cranes": [fit.machine for fit in fits if fit.serves and fit.machine not in shown],
         "smaller_cranes": [{"machine": fit.machine, "reason": fit.reason} for fit in smaller],

@@ -47,7 +47,8 @@ def test_parts_come_as_the_tasks_of_the_file_say(tmp_path, sample):
     model = tmp_path / "frame.ifc"
     model.write_bytes(with_schedule(source, source.read_bytes(), schedule))
     site_file = tmp_path / "frame.site.toml"
-    init(model, site_file, progress=SilentProgress())
+    document = init(model, site_file, progress=SilentProgress())
+    assert (document["start"], document["start_why"]) == ("2026-03-02", "the first day of the schedule in the model")
     site = load_site(site_file, SilentProgress()).site
     sequence = prepare(site).sequence
     order = [site.components[i].id for i in sequence.order]
@@ -74,7 +75,7 @@ def test_a_programme_next_to_the_site_file_is_kept_and_goes_with_the_log(tmp_pat
     site_file = tmp_path / "frame.site.toml"
     init(SAMPLES / "frame.ifc", site_file, progress=SilentProgress())
     text = site_file.read_text()
-    site_file.write_text(text.replace("[sequence]\n", '[sequence]\nprogramme = "ours.xml"\n'))
+    site_file.write_text(f'{text}\n[sequence]\nprogramme = "ours.xml"\n')
     loaded = load_site(site_file, SilentProgress())
     site = loaded.site
     assert any(f"{len(wished)} of {len(site.components)} parts have one of its tasks" in note for note in site.notes)

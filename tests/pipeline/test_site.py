@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import replace
+from datetime import date
 from math import pi
 from pathlib import Path
 from xml.etree import ElementTree
@@ -18,7 +20,7 @@ from bimvox.bim.options import ReadOptions
 from bimvox.bim.read import read_building
 from bimvox.errors import ConfigError, FileError, SelectionError
 from bimvox.progress import SilentProgress
-from bimvox.site.config.file import load_site_config
+from bimvox.site.config.file import load_site_config, parse_site_config
 from bimvox.site.config.machine_file import MACHINE_FILES
 from bimvox.site.demand import hook_above_m
 from bimvox.site.guess import complete_config, facing
@@ -104,3 +106,34 @@ def test_the_file_of_a_machine_must_be_next_to_the_site_file_and_have_its_own_na
     with pytest.raises(FileError, match="no such file"):
         init(MODEL, tmp_path / "a.site.toml", crane=str(tmp_path / "none.toml"), progress=SilentProgress())
     assert not list(tmp_path.glob("*.site.toml"))
+
+
+def test_the_start_is_the_one_asked_for_or_the_monday_after_the_model_was_written(tmp_path: Path) -> None:
+    site = tmp_path / "a.site.toml"
+    document = init(MODEL, site, progress=SilentProgress())
+    assert document["start"] == "2024-01-08"
+    assert "(2024-01-01)" in document["start_why"]
+    assert "start = 2024-01-08  # First day of work. Here: assumed" in site.read_text()
+    document = init(MODEL, site, start=date(2026, 12, 7), force=True, progress=SilentProgress())
+    assert document["start"] == "2026-12-07"
+    assert "start = 2026-12-07" in site.read_text()
+
+
+def test_a_model_without_a_date_has_no_start(tmp_path: Path) -> None:
+    site = tmp_path / "yard.site.toml"
+    document = init(MODEL.with_name("yard.glb"), site, progress=SilentProgress())
+    assert document["start"] is None
+    assert "# start = " in site.read_text()
+    assert "start" not in tomllib.loads(site.read_text()).get("calendar", {})
+
+
+def test_a_site_file_is_short_and_whole_if_asked_for(tmp_path: Path) -> None:
+    site = tmp_path / "a.site.toml"
+    init(MODEL, site, progress=SilentProgress())
+    short = site.read_text()
+    init(MODEL, site, full=True, force=True, progress=SilentProgress())
+    whole = site.read_text()
+    assert len(short.partition("# -----")[0].strip().splitlines()) <= 25
+    assert "[rules.times]" in whole
+    assert "[rules.times]" not in short
+    assert parse_site_config(short, site).model_dump() == parse_site_config(whole, site).model_dump()

@@ -22,7 +22,7 @@ MODEL = Path(__file__).parents[2] / "sample_models" / "frame_georeferenced.ifc"
 @pytest.mark.slow
 def test_a_site_in_map_coordinates_gives_the_same_plan_and_is_proven(tmp_path: Path, store: Path) -> None:
     told = SilentProgress()
-    init(MODEL, tmp_path / "a.site.toml", voxel_size_m=0.5, progress=told)
+    init(MODEL, tmp_path / "a.site.toml", voxel_size_m=0.5, full=True, progress=told)
     on_map = inspect(tmp_path / "a.site.toml", told)["map"]
     text = (tmp_path / "a.site.toml").read_text()
     (crane,) = on_map["cranes"].values()

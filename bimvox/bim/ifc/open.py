@@ -6,13 +6,14 @@ import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 from typing import Any
 
 import ifcopenshell
 
 from bimvox.bim.ifc.endless import long_outlines, named_misfit
-from bimvox.bim.ifc.step_file import check_frame, check_points, stated_schema, step_bytes, without_comments
+from bimvox.bim.ifc.step_file import check_frame, check_points, stated_day, stated_schema, step_bytes, without_comments
 from bimvox.bim.ifc.text import parser_text
 from bimvox.bim.ifc.units import project_units, si_scale
 from bimvox.errors import IfcError
@@ -95,6 +96,7 @@ class OpenedIfc:
         metres_per_unit: Its length unit in metres.
         notes: What the user should know.
         outlines: Number of points by step id, of outlines with more than a kernel can take.
+        written_on: Day on which it was written, by its header.
     """
 
     file: Any
@@ -103,6 +105,7 @@ class OpenedIfc:
     metres_per_unit: float
     notes: tuple[str, ...]
     outlines: Mapping[int, int]
+    written_on: date | None = None
 
 
 def open_ifc(path: Path, data: bytes) -> OpenedIfc:
@@ -135,7 +138,7 @@ def open_ifc(path: Path, data: bytes) -> OpenedIfc:
         )
     with named_misfit(path, file):
         unit, metres = _length_unit(path, projects[0])
-    return OpenedIfc(file, schema, unit, metres, tuple(notes), long_outlines(step))
+    return OpenedIfc(file, schema, unit, metres, tuple(notes), long_outlines(step), stated_day(step))
 
 
 def parse_text(path: Path, text: str) -> Any:

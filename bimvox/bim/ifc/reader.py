@@ -19,7 +19,7 @@ from bimvox.bim.ifc.endless import endless_products, largely_curved, named_misfi
 from bimvox.bim.ifc.geometry import GeometryPool
 from bimvox.bim.ifc.open import OpenedIfc, open_ifc
 from bimvox.bim.ifc.properties import Properties
-from bimvox.bim.ifc.relations import stated_terrain_m, storeys_of
+from bimvox.bim.ifc.relations import schedule_starts_on, stated_terrain_m, storeys_of
 from bimvox.bim.ifc.text import label
 from bimvox.bim.ifc.units import georeference_of
 from bimvox.bim.options import ReadOptions
@@ -123,6 +123,8 @@ def _building(
         connections=builder.connections(),
         storeys=storeys_of(opened.file, opened.metres_per_unit),
         terrain_m=stated_terrain_m(opened.file, opened.metres_per_unit),
+        starts_on=schedule_starts_on(opened.file),
+        written_on=opened.written_on,
     )
 
 

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from datetime import date
 from typing import Any
 
 import ifcopenshell.util.element as element_util
 import ifcopenshell.util.placement as placement_util
 
 from bimvox.bim.building import Storey
+from bimvox.bim.ifc.step_file import day_in
 from bimvox.bim.ifc.text import label
 from bimvox.bim.task_ranks import Link, task_ranks
 
@@ -170,6 +172,11 @@ def _ranks(file: Any, tasks: list[int]) -> tuple[dict[int, int], tuple[str, ...]
     names = [str(file.by_id(task).Name or file.by_id(task).GlobalId) for task in tasks]
     ranks, notes = task_ranks(names, links, nested, starts)
     return dict(zip(tasks, ranks, strict=True)), notes
+
+
+def schedule_starts_on(file: Any) -> date | None:
+    """Return the first day of the schedule in the file; None if no task of it has a date."""
+    return min(filter(None, map(day_in, _starts(file).values())), default=None)
 
 
 def _nested(file: Any) -> Iterable[tuple[int, int]]:

@@ -7,6 +7,7 @@ import lzma
 import re
 import zipfile
 import zlib
+from datetime import date
 from pathlib import Path
 
 from bimvox.errors import IfcError
@@ -15,6 +16,7 @@ MAX_UNZIPPED_BYTES = 4 << 30
 _HEADER_BYTES = 1 << 16
 _TAIL_BYTES = 1 << 12
 _SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'([^']*)'", re.IGNORECASE)
+_WRITTEN = re.compile(rb"FILE_NAME\s*\(\s*'(?:[^']|'')*'\s*,\s*'(\d{4}-\d\d-\d\d)", re.IGNORECASE)
 _NUMBER = rb"[-+.\d][-+.\dE]*"
 _NOT_A_POINT = re.compile(
     rb"\b(IFCCARTESIANPOINT|IFCDIRECTION)\s*\((?!\s*\(\s*%b(?:\s*,\s*%b){1,2}\s*\)\s*\))" % (_NUMBER, _NUMBER),
@@ -53,6 +55,20 @@ def step_bytes(path: Path, data: bytes) -> bytes:
         EOFError,
     ) as error:
         raise IfcError(path, f"is not a readable zip archive: {error}", hint="zip or export it again") from error
+
+
+def stated_day(step: bytes) -> date | None:
+    """Return the day on which the file was written, by its header; None if it states none."""
+    found = _WRITTEN.search(step[:_HEADER_BYTES])
+    return None if found is None else day_in(found[1].decode())
+
+
+def day_in(text: str) -> date | None:
+    """Return the day of an ISO date, with or without a time; None if it is not one."""
+    try:
+        return date.fromisoformat(text[:10])
+    except ValueError:
+        return None
 
 
 def check_frame(path: Path, step: bytes) -> None:

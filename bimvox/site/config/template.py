@@ -40,6 +40,33 @@ _HEAD = """\
 # Temporary obstructions go into a separate file (plan --obstructions FILE, or watch FILE):
 #   {"version": 1, "obstructions": [{"id": "truck", "box": {"min": [2, 11, 0], "max": [4.5, 19, 3.2]}}]}
 """
+_SHORT_HEAD = """\
+# Site file of bimvox. Units: m, degrees, kg, s. x and y as in the model (turned by yaw_deg), z = 0 at the top of the
+# ground. Look at everything down to the line first: {look_at}.
+"""
+_LINE = """
+# ---------- Down to here: look at it first. Below: change it where a guess is wrong. ----------
+"""
+_SHORT_FOOT = """
+# Every other key has its default. All of them, with what they mean: bimvox init --full, or bimvox schema site.
+# Often wanted: [project] for the report, [calendar] country and shifts, [[zone]], [rules] wind_speed_m_s, [costs].
+"""
+_FIRST_SHORT = ("calendar", "crane", "areas", "model")
+"""Tables at the top of a short file. The model's is the last of them: TOML has a table's keys in one place, and its
+``kinds`` are many lines, below."""
+_FIRST_OF_MODEL = ("path", "unit", "up", "ground_m")
+_SHORT_WORDS = {
+    "crane.kind": "`hammerhead`, `luffing`, `mobile`, or `none`",
+    "crane.machine": "Of `bimvox cranes`, or the file of your own next to this one",
+    "calendar.start": "First day of work.",
+    "model.ground_m": "Height in the model of the top of the ground.",
+    "areas.yard": "Where parts are stored",
+    "areas.access": "Where lorries stand",
+    "rules.truckload_kg": "Payload of a lorry",
+}
+"""What keys at the top of a short file say of themselves, in place of the schema's words."""
+_NO_START = "First day of work. The model states no date: without one, times are `day 1 07:00`"
+_ALWAYS = ("model.path", "model.voxel_size_m", "model.ground_m", "calendar.start")
 _WIDTH = 120
 _AS_EXAMPLE = (CalendarConfig, CostsConfig, RiggingConfig)
 """Tables that are written behind # if they have no value of their own; all others say what their defaults are."""
@@ -54,6 +81,8 @@ def site_toml(
     crane_notes: Sequence[str] = (),
     kinds: Sequence[KindRow] = (),
     ground_why: str = "",
+    start_why: str = "",
+    short: bool = False,
 ) -> str:
     """Return the text of a site file; :func:`bimvox.site.config.file.load_site_config` reads the same values back.
 
@@ -63,8 +92,13 @@ def site_toml(
         crane_notes: Lines about the choice of the crane, written as comments.
         kinds: What the parts are, by type; each a comment to correct.
         ground_why: What the height of the ground was taken from, written as a comment.
+        start_why: What the first day of work was taken from, written as a comment.
+        short: Whether only values that differ from their defaults are written, what one must look at first at the top.
     """
-    writer = _Writer(_examples(config, example_ids), crane_notes, kinds, ground_why)
+    whys = {"model.ground_m": ground_why, "calendar.start": start_why}
+    writer = _Writer({} if short else _examples(config, example_ids), crane_notes, kinds, whys, short=short)
+    if short:
+        return _short_toml(config, writer)
     values: list[str] = []
     tables: list[str] = []
     for name, field in SiteConfig.model_fields.items():
@@ -74,6 +108,23 @@ def site_toml(
         else:
             tables += writer.tables(name, given, field)
     return "\n".join([_HEAD, *values, *tables, ""])
+
+
+def _short_toml(config: SiteConfig, writer: _Writer) -> str:
+    """Return the text of a site file with the values that differ from their defaults."""
+    fields = SiteConfig.model_fields
+    single = [name for name, field in fields.items() if model_in(field.annotation) is None]
+    first = [line for name in single for line in writer.key(name, getattr(config, name), fields[name])]
+    if config.calendar.start is None:
+        first += ["", "# [calendar]", *_line("# start", date(2026, 3, 9), _NO_START)]
+    for name in _FIRST_SHORT:
+        first += writer.tables(name, getattr(config, name), fields[name])
+    rest = [*writer.rest_of_model(config.model), *writer.about_crane()]
+    for name in fields:
+        if name not in (*single, *_FIRST_SHORT):
+            rest += writer.tables(name, getattr(config, name), fields[name])
+    head = _SHORT_HEAD.format(look_at="start, crane, yard, model and ground")
+    return "\n".join([head.rstrip("\n"), *first, _LINE.rstrip("\n"), *rest, _SHORT_FOOT])
 
 
 def _examples(config: SiteConfig, ids: Sequence[str]) -> dict[str, Any]:
@@ -99,38 +150,70 @@ class _Writer:
         examples: Examples by dotted key, in the place of the schema's.
         crane_notes: Comments about the choice of the crane.
         kinds: What the parts are.
-        ground_why: What the height of the ground was taken from.
+        whys: What values were taken from, by dotted key.
+        short: Whether values that are their defaults, and examples, are left out.
     """
 
     def __init__(
-        self, examples: Mapping[str, Any], crane_notes: Sequence[str], kinds: Sequence[KindRow], ground_why: str
+        self,
+        examples: Mapping[str, Any],
+        crane_notes: Sequence[str],
+        kinds: Sequence[KindRow],
+        whys: Mapping[str, str],
+        *,
+        short: bool = False,
     ) -> None:
-        self._examples, self._crane_notes, self._kinds, self._ground_why = examples, crane_notes, kinds, ground_why
+        self._examples, self._crane_notes, self._kinds, self._whys = examples, crane_notes, kinds, whys
+        self._short = short
+
+    def rest_of_model(self, model: ModelConfig) -> list[str]:
+        """Return the lines of a short file that end the table of the model, the kinds of parts last."""
+        fields = ModelConfig.model_fields
+        keys = (key for key in fields if key not in _FIRST_OF_MODEL)
+        lines = [line for key in keys for line in self.key(key, getattr(model, key), fields[key], "model")]
+        return [*lines, *_kind_lines(model.kinds, self._kinds)]
+
+    def about_crane(self) -> Sequence[str]:
+        """Return the lines about the choice of the crane."""
+        return ["", *_comment("The crane.", *self._crane_notes)] if self._crane_notes else []
 
     def tables(self, name: str, given: Any, field: FieldInfo) -> Iterator[str]:
         """Yield the lines of a table, or of several of the same name; as an example if the file has none."""
         schema = model_in(field.annotation)
         assert schema is not None
         entries = given if isinstance(given, tuple) else () if given is None else (given,)
+        if self._short and (not entries or given == field.default):
+            return
         if not entries or (isinstance(given, _AS_EXAMPLE) and given == type(given)()):
             keys = list(self._example_keys(name, schema))
             heading = f"[[{name}]]" if field.default == () else f"[{name}]"
             if keys:
                 yield from ["", *_comment(schema.__doc__ or ""), *(f"# {line}" for line in (heading, *keys))]
             return
-        yield from ["", *_comment(schema.__doc__ or ""), *_comment(*(self._crane_notes if name == "crane" else ()))]
-        for entry in entries:
+        if self._short:
+            yield from ["", *([] if name in _FIRST_SHORT else _comment((schema.__doc__ or "").partition("\n\n")[0]))]
+        else:
+            notes = self._crane_notes if name == "crane" else ()
+            yield from ["", *_comment(schema.__doc__ or ""), *_comment(*notes)]
+        for number, entry in enumerate(entries):
             several = len(entries) > 1 or field.default == ()
             yield f"[[{name}]]" if several else f"[{name}]"
-            yield from self._keys(name, entry)
+            lines = self._keys(name, entry)
+            yield from lines if not (self._short and number) else (one for one in lines if not one.startswith("# "))
 
     def key(self, name: str, value: Any, field: FieldInfo, table: str = "") -> Iterator[str]:
         """Yield the lines of a key; of one without a value those of its example, if it has one."""
         dotted, text = f"{table}.{name}", field.description or ""
+        if self._short and (
+            dotted == "model.kinds" or (value == field.default and (value is None or dotted not in _ALWAYS))
+        ):
+            return
+        if self._short:
+            text = _SHORT_WORDS.get(dotted, text)
         if dotted == "model.kinds":
             yield from _kind_lines(value, self._kinds)
-        elif dotted == "model.ground_m" and self._ground_why:
-            yield from _line(name, value, f"{text} Here: {self._ground_why}")
+        elif why := self._whys.get(dotted):
+            yield from _line(name, value, f"{text} Here: {why}")
         elif not _is_left_out(value, field):
             yield from _line(name, value, text)
         elif (example := self._example(dotted, field)) is not None:
@@ -145,7 +228,7 @@ class _Writer:
         fields = {key: fields[key] for key in dict.fromkeys([*first, *fields])}
         headed = {key: field for key, field in fields.items() if model_in(field.annotation) in _WITH_HEADING}
         for key, field in fields.items():
-            if key not in headed:
+            if key not in headed and not (self._short and name == "model" and key not in _FIRST_OF_MODEL):
                 if (name, key) == ("crane", "name") and (getattr(table, key) or "").startswith(FICTITIOUS):
                     yield "# FICTITIOUS: this machine does not exist. Name a real one."
                 yield from self.key(key, getattr(table, key), field, name)

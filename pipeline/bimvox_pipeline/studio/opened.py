@@ -29,6 +29,7 @@ from bimvox.rendering.pictures.picture import PictureOptions, camera_of, coarsen
 from bimvox.rendering.pictures.site import scene_of_site, view_of_site
 from bimvox.site.areas import PLAN, hull, union
 from bimvox.site.catalogue import every_machine, own_machines
+from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.config.file import load_site_config, read_site_file
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
 from bimvox.site.demand import Rigs
@@ -37,6 +38,7 @@ from bimvox.site.kind_rows import KindRow, kind_rows
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import ifc_to_map
 from bimvox.site.means import Means
+from bimvox.site.start_guess import start_of
 from bimvox.site.trial import Trial, Tried
 from bimvox_pipeline.studio.setup import Setup, read_setup, set_ups_of, setup_of, with_setup
 
@@ -261,6 +263,7 @@ def open_model(path: Path) -> Opened:
     """
     building = read_building(path)
     config = guess_site(building, ModelConfig(path=Path(path.name)), name=path.stem)
+    config = config.model_copy(update={"calendar": CalendarConfig(start=start_of(building)[0])})
     return Opened(config, building, path.with_name(path.stem + SITE_SUFFIX), None, config)
 
 

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 from tomlkit.items import AoT, Array, Table
 
-from bimvox.bim.building import Role
 from bimvox.bim.read import read_building
 from bimvox.errors import BimvoxError, ConfigError, FileError
 from bimvox.files import read_input, write_atomically, write_together
@@ -21,7 +20,8 @@ from bimvox.site.config.crane import CraneConfig, SetUpConfig
 from bimvox.site.config.file import load_site_config
 from bimvox.site.config.site_config import KindConfig, SiteConfig
 from bimvox.site.config.template import site_toml
-from bimvox.site.guess import complete_config
+from bimvox.site.guess import complete_config, ground_why
+from bimvox.site.start_guess import start_of
 from bimvox_pipeline.studio.changes import changes_between, state_of_site
 from bimvox_pipeline.studio.obstacles import file_of
 from bimvox_pipeline.studio.opened import (
@@ -117,11 +117,16 @@ def as_text(opened: Opened, config: SiteConfig, wanted: Setup, site: Path) -> tu
         InputError: If the text would be read as something else.
     """
     if opened.content is None:
-        examples = [one.id for one in opened.building.elements if one.role is Role.COMPONENT][:2]
-        text, changed = site_toml(config, example_ids=examples, kinds=opened.kinds), ["everything"]
+        text, changed = _new_text(config, opened), ["everything"]
     else:
         text, changed = _edited(opened, config, wanted)
     return text, changed, _as_read(opened, text, site, wanted)
+
+
+def _new_text(config: SiteConfig, opened: Opened) -> str:
+    """Return a new site file, as ``bimvox init`` writes it."""
+    ground, (_, start_why) = ground_why(config, opened.building), start_of(opened.building)
+    return site_toml(config, kinds=opened.kinds, ground_why=ground, start_why=start_why, short=True)
 
 
 def _as_read(opened: Opened, text: str, site: Path, wanted: Setup) -> Opened:

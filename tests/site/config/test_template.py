@@ -75,6 +75,30 @@ def test_every_value_reads_back_the_same():
         assert site_toml(parse_site_config(text, "site.toml")) == text
 
 
+def test_a_short_file_reads_back_the_same_with_what_comes_first_at_the_top():
+    guessed = guess_site(frame_house(), ModelConfig(path="house.ifc", select="IfcBeam", unit="mm"))
+    dated = guessed.model_copy(update={"calendar": CalendarConfig(start=date(2026, 3, 9))})
+    for config in (full(), guessed, dated, SiteConfig(model=ModelConfig(path="a.ifc"))):
+        text = site_toml(config, short=True, kinds=ROWS, crane_notes=("a crane",), start_why="so", ground_why="so")
+        assert parse_site_config(text, "site.toml").model_dump() == config.model_dump()
+    text = site_toml(dated, short=True, kinds=ROWS, crane_notes=("a crane",), start_why="so", ground_why="so")
+    top, _, rest = text.partition("# -----")
+    assert len(top.strip().splitlines()) <= 25
+    assert {"calendar", "crane", "areas", "model"} == {key for key in tomllib.loads(top) if key != "name"}
+    assert set(tomllib.loads(top)["model"]) == {"path", "unit", "ground_m"}
+    assert "start = 2026-03-09  # First day of work. Here: so" in top
+    assert "kinds = [" in rest
+    assert "[rules.times]" not in rest
+    assert "day 1 07:00" in site_toml(guessed, short=True), "without a start, it says what that means"
+
+
+def test_in_a_short_file_only_the_first_of_several_tables_is_explained():
+    parts = tuple(ComponentConfig(global_id=name, means="in_situ") for name in "abc")
+    text = site_toml(SiteConfig(model=ModelConfig(path=Path("m.ifc")), component=parts), short=True)
+    assert text.count("Lifted by `crane`") == 1
+    assert text.count("means = ") == 3
+
+
 def test_cranes_that_luff_read_back_the_same():
     for crane in (LUFFING_CRANES[0], MOBILE_CRANES[-1]):
         config = SiteConfig(model=ModelConfig(path="a.ifc"), crane=crane_config(crane))
