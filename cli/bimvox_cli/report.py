@@ -89,6 +89,7 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
         console,
         [
             ("cards" if document["cards"] else "report", f"{document['out']} ({document['bytes'] / 1e6:.2f} MB)"),
+            ("annexes", document["annexes"]),
             ("lifts", f"{totals['planned']:,} of {totals['lifts']:,} planned, {totals['infeasible']:,} infeasible"),
             ("total", f"{totals['total_s'] / 3600:.2f} h"),
             ("proof", record["verdict"]["proof"]),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from bimvox.errors import FileError, InputError
 from bimvox.exporters.text import table
 from bimvox.extras import missing, require
-from bimvox.files import check_output, default_output, reason_of, write_atomically
+from bimvox.files import check_output, default_output, reason_of, write_atomically, write_together
 from bimvox.progress import Progress
 from bimvox_pipeline.browser import draw_with
 from bimvox_pipeline.inspect.kinds import Kind, kind_of
@@ -60,14 +60,15 @@ def report(
         progress: Receives the stages.
 
     Returns:
-        The document of ``bimvox report --json``: ``out, bytes, verified, figures, cards`` (numbers of lifts),
-        ``seconds`` and the whole ``record``.
+        The document of ``bimvox report --json``: ``out, annexes`` (their file, of a PDF), ``bytes, verified, figures,
+        cards`` (numbers of lifts), ``seconds`` and the whole ``record``.
 
     Raises:
         InputError: If it is not a log, has no lifts, or there is no browser for a PDF.
         LogFileError: If it is damaged.
         SelectionError: If there is no such lift.
     """
+    from bimvox.rendering.report.page import ANNEXES, REPORT, only
     from bimvox.rendering.report.record import record_of
 
     target = out or default_output(log, ".cards.html" if lifts else ".report.html")
@@ -76,7 +77,9 @@ def report(
         raise InputError(f"{target}: a report is written as HTML or PDF", hint=f"-o {target.with_suffix('.html')}")
     if kind_of(log) is not Kind.LOG:
         raise InputError(f"{log}: only a log has a report", hint="bimvox plan SITE writes a log")
-    check_output(target, inputs=[log])
+    annexes = target.with_name(f"{target.stem}.annexes{target.suffix}")
+    for path in (target, annexes):
+        check_output(path, inputs=[log])
     if figures is not None:
         require("plots", "--figures")
     browser = None
@@ -94,11 +97,13 @@ def report(
     record = record_of(revision, critical_share=critical_share)
     cards = _chosen(read, record, lifts)
     page = _cards(revision, record, cards) if lifts else _page(revision, record, pictures, progress)
+    files = {target: page}
     if browser is not None:
         progress.stage("print")
-        page = _pdf_of(page, browser)
+        parts = {target: page} if lifts else {target: only(page, REPORT), annexes: only(page, ANNEXES)}
+        files = {path: _pdf_of(part, browser) for path, part in parts.items()}
     progress.stage("write")
-    write_atomically(target, page, inputs=[log])
+    write_together(files, inputs=[log])
     written: list[str] = []
     if figures is not None:
         written = [str(figures / name) for name in _write_figures(figures, record)]
@@ -106,7 +111,8 @@ def report(
     verified = record["proof"]["verified"] if record["proof"] else None
     return {
         "out": str(target),
-        "bytes": len(page),
+        "annexes": str(annexes) if annexes in files else None,
+        "bytes": sum(map(len, files.values())),
         "verified": verified,
         "figures": written,
         "cards": [order + 1 for order in cards],
@@ -176,21 +182,12 @@ def _plots(record: dict[str, Any], progress: Progress) -> tuple[Figure, ...]:
         progress.note('without the plots of utilisation and path lengths: pip install "bimvox[plots]" draws them')
         return ()
     from bimvox.rendering.report.page import Figure
-    from bimvox.rendering.report.plan_figures import draw_path_ratios, draw_utilisation
+    from bimvox.rendering.report.plan_figures import draw_utilisation
 
     plots, lifts = [], record["lifts"]
     if record["crane"] and any(lift["governs"] for lift in lifts):
         drawn = draw_utilisation(lifts, record["critical_share"], file_format="svg")
         plots.append(Figure(drawn, "image/svg+xml", "Utilisation: number of lifts by share of the crane's capacity"))
-    if any(lift["moves"] for lift in lifts):
-        drawn = draw_path_ratios(lifts, file_format="svg")
-        plots.append(
-            Figure(
-                drawn,
-                "image/svg+xml",
-                "Moves of each path over the fewest possible under the same rules, by how the path was found",
-            )
-        )
     return tuple(plots)
 
 

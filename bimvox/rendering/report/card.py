@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from math import degrees
 from typing import Any
 
+import numpy as np
+import shapely
+
 from bimvox.bim.own_box import sizes_m
 from bimvox.rendering.page.source import Revision
 from bimvox.rendering.report.html import number, paragraph, row, table, tag, terms, value
@@ -16,15 +19,17 @@ from bimvox.rendering.report.rigging import rig_figure, rigs_of
 from bimvox.rendering.report.site_drawing import storeys_of
 from bimvox.rendering.report.site_plan import below_load, fall_zone
 from bimvox.rendering.report.words import fixed, named, span, tonnes
-from bimvox.rendering.words import PHASES, escape
+from bimvox.rendering.words import escape
 from bimvox.site.areas import PLAN, hull, outline, rounded
 from bimvox.site.component import Component
 from bimvox.site.tandem import cranes_of
 from bimvox.site.work import Work, work_of
 from bimvox.units import clock
 
-_PLAN_PX = (500.0, 410.0)
-"""Half the width of a landscape A4 page, and what its height leaves above the rig."""
+_PLAN_PX = (310.0, 250.0)
+"""What an upright A5 page leaves next to the rig."""
+_PAPER = "size: A5 portrait; margin: 8mm 8mm 11mm"
+_SIMPLE_M = 0.05
 _LYING = {"lying_x": "lying along x", "lying_y": "lying along y", "as_built": "as in the building"}
 _SIGNED = ("lifting_supervisor", "crane_operator", "slinger")
 _ROLES = {
@@ -39,14 +44,14 @@ def cards_page(revision: Revision, record: dict[str, Any], orders: Sequence[int]
     """Return a page with the cards of lifts that the crane carries out, UTF-8, each on one printed page."""
     by_order = {lift["order"]: lift for lift in record["lifts"]}
     body = "".join(_card(revision, record, by_order[order]) for order in orders)
-    return printable(f"{record['site']['name']}: cards of lifts", body, record, footer_of(record))
+    return printable(f"{record['site']['name']}: cards of lifts", body, record, footer_of(record), _PAPER)
 
 
 def _card(revision: Revision, record: dict[str, Any], lift: dict[str, Any]) -> str:
     part = revision.plan.site.components[lift["part"]]
     drawing = _drawing(revision, record["drawing"], lift, part)
     svg, scale = plan_view(drawing, detail=True, most_px=_PLAN_PX)
-    words = f"Plan before this lift, 1 : {number(scale, str(scale), 'scale')}; below the load nobody stands"
+    words = f"Before this lift, 1 : {number(scale, str(scale), 'scale')}. Red: the hook's path; nobody below the load"
     rigs = [one | {"name": lift["rig"]} for one in rigs_of([lift])]  # as it is called in the report
     chip = tag("p", f"{lift['category']} lift", "chip plain")
     verdict = tag("p", escape(record["verdict"]["proof"]), f"chip {record['verdict']['proof_light']}")
@@ -55,11 +60,13 @@ def _card(revision: Revision, record: dict[str, Any], lift: dict[str, Any]) -> s
         tag("header", f"<h1>Lift {lift['number']}: {escape(named(lift))}</h1>" + tag("div", chip + verdict, "verdict"))
         + tag(
             "div",
-            tag("div", tag("figure", svg + tag("figcaption", words), "sheet drawing") + "".join(map(rig_figure, rigs)))
-            + tag("div", terms(_terms(record, lift, part)) + _remarks(record, lift) + _ticks(record, lift, part))
-            + tag("div", _signatures(record), "across"),
-            "halves",
-        ),
+            tag("figure", svg + tag("figcaption", words), "sheet drawing") + "".join(map(rig_figure, rigs)),
+            "sketches",
+        )
+        + terms(_terms(record, lift, part))
+        + _remarks(record, lift)
+        + _ticks(record, lift, part)
+        + _signatures(record),
         "card",
         data_order=str(lift["order"]),
     )
@@ -70,6 +77,10 @@ def _drawing(revision: Revision, drawing: dict[str, Any], lift: dict[str, Any], 
     site = revision.plan.site
     track = next(track for track in revision.tracks if track.lift.order == lift["order"])
     there = [site.components[one.component] for one in revision.lifts if one.is_set and one.order < lift["order"]]
+    motion = next(motion for motion in revision.motions if motion.order == lift["order"])
+    crane = drawing["cranes"][part.crane]
+    slew_rad, radius_m = motion.loaded.slew_rad, motion.loaded.radius_m
+    hook_m = np.stack([radius_m * np.cos(slew_rad), radius_m * np.sin(slew_rad)], axis=1) + crane["base_m"][:2]
     own = {"number": lift["number"], "name": named(lift), "mass_kg": lift["mass_kg"]}
     return drawing | {
         "storeys": storeys_of(there, (PLAN,)),
@@ -78,7 +89,9 @@ def _drawing(revision: Revision, drawing: dict[str, Any], lift: dict[str, Any], 
         "below_loads": outline(below_load(site, track)),
         "falling_loads": outline(fall_zone(site, track)),
         "heavy": [own | {"plan": outline(hull(part.mesh, PLAN)), "at_m": rounded(part.mesh.bounds_m.mean(axis=0)[:2])}],
-        "cranes": [drawing["cranes"][number] for number in cranes_of(part)],
+        # Radius and capacity are on the card.
+        "cranes": [drawing["cranes"][number] | {"rings": []} for number in cranes_of(part)],
+        "path_m": [rounded(at) for at in shapely.get_coordinates(shapely.LineString(hook_m).simplify(_SIMPLE_M))],
         "distances_m": [],
     }
 
@@ -125,13 +138,16 @@ def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> lis
             ("Crane", f"{escape(one['name'])}, jib {one['jib_length_m']:.4g} m, {one['falls']} falls")
             for one in ([machine] if shared is None else [machines[number] for number in shared["cranes"]])
         ),
-        ("On the hook", f"{value(governs, 'load_kg', tonnes)} t with rigging and hook block"),
+        (
+            "On the hook",
+            f"<b>{value(governs, 'load_kg', tonnes)} t</b> with rigging and hook block: uses {used} of the capacity",
+        ),
         (
             "Radius",
-            f"{value(governs, 'radius_m', 2)} m governs, gross capacity {value(governs, 'capacity_kg', tonnes)} t"
+            f"<b>{value(governs, 'radius_m', 2)} m</b> governs, gross capacity "
+            f"<b>{value(governs, 'capacity_kg', tonnes)} t</b>"
             + (f" in sector {escape(governs['sector'])}" if governs["sector"] else ""),
         ),
-        ("Use", used),
         *_outrigger(lift),
         ("Rigging", _gear(lifting, machine)),
         ("Stored", f"{place}; hook at {_point(lift['pick'])}"),
@@ -143,7 +159,6 @@ def _terms(record: dict[str, Any], lift: dict[str, Any], part: Component) -> lis
         ("Sight", f"hidden at {' and '.join(blind)}: signaller with radio" if blind else "seen at pick and set"),
         ("Held by", props_of_lift(record, lift)),
         ("Begins", f"{begins}; takes {span(lift['ends_s'] - lift['begins_s'])}"),
-        ("Steps", "; ".join(f"{PHASES.get(name, name)} {span(end - start)}" for name, start, end in lift["phases"])),
     ]
 
 

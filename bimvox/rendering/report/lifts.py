@@ -9,7 +9,7 @@ from typing import Any
 from bimvox.records.proof import Severity
 from bimvox.rendering.report.html import number, row, table, tag, value
 from bimvox.rendering.report.risks import letter_of
-from bimvox.rendering.report.words import METHODS, fixed, named, span, tonnes
+from bimvox.rendering.report.words import fixed, named, span, tonnes
 from bimvox.rendering.words import PHASES, escape
 from bimvox.site.means import HOW
 from bimvox.units import clock
@@ -19,8 +19,6 @@ _WORDS = {
     "Load, radius, capacity, use": "those of the governing sample, the one of the whole lift at which load and rigging "
     "take the largest share of the capacity",
     "Wind": "highest gust at jib height in which the part may be lifted, and how far the load swings out in it",
-    "Bound": "time from pick to set of the fastest motion that the crane's rates permit; no motion is faster",
-    "Moves": "steps of the path from cell to cell; fewest: those of the shortest path under the same rules",
 }
 _HEADINGS = {
     "kept": "tag lines hold the part in its final heading from the yard on",
@@ -44,6 +42,28 @@ def lift_table(lifts: Iterable[dict[str, Any]], remarks: Iterable[dict[str, Any]
         cells.append(_status(lift, about.get(lift["id"], []), proof_made))
         rows.append(row(cells, " ".join(classes), data_order=str(lift["order"])))
     return table((*_COLUMNS, "Status\nremarks"), rows, class_="lifts", caption=caption, id_="lifts")
+
+
+def short_lift_table(lifts: Iterable[dict[str, Any]]) -> str:
+    """Return a table of a few lifts, a line each: what is lifted, when, and what the crane carries there."""
+    head = ("Lift", "Part", "Part t", "On hook t", "Radius m", "Gross capacity t", "Use %", "Wind up to m/s", "Begins")
+    rows = [row(_in_a_line(lift), "critical", data_order=str(lift["order"])) for lift in lifts]
+    return table(head, rows, class_="lifts", caption="Critical lifts", id_="critical")
+
+
+def _in_a_line(lift: dict[str, Any]) -> list[str]:
+    governs = lift["governs"]
+    return [
+        number(lift["order"], str(lift["number"]), "order"),
+        f"<b>{escape(named(lift))}</b>",
+        value(lift, "mass_kg", tonnes),
+        value(governs, "load_kg", tonnes),
+        value(governs, "radius_m", 2),
+        value(governs, "capacity_kg", tonnes),
+        _use(lift, governs),
+        value(lift["lifting"], "permitted_wind_m_s", 1),
+        _begins(lift),
+    ]
 
 
 def words_of_lifts(lifts: Iterable[dict[str, Any]]) -> str:
@@ -114,25 +134,13 @@ def _times(lift: dict[str, Any]) -> str:
     if lift["begins_s"] is None:
         return number(None, "")
     length_s = lift["ends_s"] - lift["begins_s"]
-    words = lift.get("begins_in_words") or clock(lift["begins_s"])
-    begins = number(lift["begins_s"], words, "begins_s")
-    return f"{begins}<br>{number(length_s, span(length_s), 'length_s')}"
+    return f"{_begins(lift)}<br>{number(length_s, span(length_s), 'length_s')}"
 
 
-def _carrying(lift: dict[str, Any]) -> str:
-    if lift["duration_s"] is None:
+def _begins(lift: dict[str, Any]) -> str:
+    if lift["begins_s"] is None:
         return number(None, "")
-    carrying = value(lift, "duration_s", 1, " s")
-    bound = value(lift, "bound_s", 1, " s")
-    return f"{carrying}<br>{bound}"
-
-
-def _path(lift: dict[str, Any]) -> str:
-    if lift["moves"] is None:
-        return number(None, "")
-    moves = value(lift, "moves", 0)
-    fewest = value(lift, "shortest_moves", 0)
-    return f"{escape(METHODS.get(lift['method'], lift['method'] or ''))}<br>{moves} / {fewest}"
+    return number(lift["begins_s"], lift.get("begins_in_words") or clock(lift["begins_s"]), "begins_s")
 
 
 _COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
@@ -148,8 +156,6 @@ _COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
     "Use\n%": _governed(_use),
     "Governing\nphase": _governed(_moment),
     "Begins\nlasts": _times,
-    "Carrying\nbound": _carrying,
-    "Path\nmoves / fewest": _path,
 }
 """Headings of the columns before the status, and their cells."""
 

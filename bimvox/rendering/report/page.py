@@ -18,8 +18,8 @@ from bimvox.rendering.report import sections
 from bimvox.rendering.report.drawings import drawings, yard_drawings
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag
 from bimvox.rendering.report.machine import machine
-from bimvox.rendering.report.props import props
-from bimvox.rendering.report.rigging import rigging
+from bimvox.rendering.report.props import props, props_list
+from bimvox.rendering.report.rigging import rig_drawings, rigging
 from bimvox.rendering.report.risks import risks
 from bimvox.rendering.report.sheet import shortened
 from bimvox.rendering.report.statement import statement, title_block
@@ -75,37 +75,65 @@ def report_page(record: dict[str, Any], cranes: Sequence[TowerCrane], figures: F
     """
     figures = figures or Figures()
     plots = "".join(plot.html() for plot in figures.plots)
-    body = "".join(
-        [
-            sections.heading(record),
-            title_block(record),
-            tag("div", figures.overview.html(), "overview") if figures.overview else "",
-            _remarks(record),
-            sections.infeasible(record, [(figure.orders, figure.html()) for figure in figures.blocked]),
-            sections.not_lifted(record),
-            sections.critical(record),
-            sections.lifts(record),
-            sections.gantt(record),
-            machine(record, cranes),
-            drawings(record),
-            survey(record),
-            rigging(record),
-            statement(record),
-            props(record),
-            risks(record),
-            sections.not_covered(record),
-            support(record),
-            section("Figures", tag("div", plots, "plots")) if plots else "",
-            sections.deliveries(record),
-            yard_drawings(record),
-            crews(record),
-            programme(record),
-            sections.proof(record),
-            sections.inputs(record),
-            sections.notes(record),
-        ]
-    )
+    own = [
+        sections.heading(record),
+        title_block(record),
+        tag("div", figures.overview.html(), "overview") if figures.overview else "",
+        _remarks(record),
+        sections.infeasible(record, [(figure.orders, figure.html()) for figure in figures.blocked]),
+        sections.not_covered(record),
+        sections.not_lifted(record),
+        sections.critical(record),
+        sections.gantt(record),
+        machine(record, cranes),
+        drawings(record),
+        rigging(record),
+        statement(record),
+        props(record),
+        risks(record),
+        support(record),
+        sections.proof(record),
+    ]
+    annexes = [
+        sections.lifts(record),
+        rig_drawings(record),
+        props_list(record),
+        sections.deliveries(record),
+        yard_drawings(record),
+        survey(record),
+        crews(record),
+        programme(record),
+        _assumptions(record),
+        section("Figures", tag("div", plots, "plots")) if plots else "",
+        sections.checks(record),
+        sections.inputs(record),
+        sections.notes(record),
+    ]
+    body = _in_two(own, [annex for annex in annexes if annex])
     return printable(f"{record['site']['name']}: lift plan record", body, record, footer_of(record))
+
+
+REPORT, ANNEXES = "report", "annexes"
+"""The two parts of a report, which are printed as a file each: what is read and signed, and its lists."""
+
+
+def _in_two(own: Sequence[str], annexes: Sequence[str]) -> str:
+    """Return the body of a report: what is read and signed, with a list of its annexes, then these with letters."""
+    named = [annex.replace("<h2>", f"<h2>Annex {letters(n)}: ", 1) for n, annex in enumerate(annexes)]
+    titles = [found[1] for annex in named if (found := re.search(r"<h2>(.*?)</h2>", annex))]
+    about = paragraph("Lists for those who need them; as PDF, a file of their own.", "faint")
+    listed = section("Annexes", about, tag("p", " · ".join(titles)), id="list-of-annexes")
+    return tag("div", "".join([*own, listed]), id=REPORT) + tag("div", "".join(named), id=ANNEXES)
+
+
+def only(page: bytes, part: str) -> bytes:
+    """Return a report of which only one part is printed: ``report`` or ``annexes``."""
+    return page.replace(b"<body>", f'<body class="only-{part}">'.encode(), 1)
+
+
+def letters(number: int) -> str:
+    """Return A, B, ..., Z, AA for 0, 1, ..., 25, 26."""
+    return ("" if number < 26 else letters(number // 26 - 1)) + chr(ord("A") + number % 26)
 
 
 def footer_of(record: dict[str, Any]) -> str:
@@ -117,12 +145,14 @@ def footer_of(record: dict[str, Any]) -> str:
     return " · ".join(filter(None, (name, project["number"], revision, plan)))
 
 
-def printable(title: str, body: str, record: dict[str, Any], footer: str = "") -> bytes:
+def printable(title: str, body: str, record: dict[str, Any], footer: str = "", paper: str = "") -> bytes:
     """Return a page in the look of the report around a body that is already escaped; it contains the record as JSON.
 
-    ``footer``: plain text at the foot of every printed page.
+    ``footer``: plain text at the foot of every printed page; ``paper``: size and margins of the paper, as CSS; A4
+    landscape if empty.
     """
     style = (files(__package__) / "report.css").read_text(encoding="utf-8")
+    style += f"@page {{ {paper} }}\n" if paper else ""
     if footer:
         # Of a string in a style sheet, only letters, digits and spaces stay as they are: a file chooses the words.
         words = "".join(
@@ -232,13 +262,20 @@ def _remarks(record: dict[str, Any]) -> str:
     lifts = {lift["id"]: lift for lift in record["lifts"]}
     groups = [(severity, [one for one in found if one["severity"] == severity.value]) for severity in Severity]
     counts = ", ".join(_counted(severity, len(group)) for severity, group in groups if group)
-    tables = (_group(severity, group, lifts) for severity, group in groups if group)
+    tables = (_group(severity, group, lifts) for severity, group in groups if group and severity is not Severity.NOTE)
     return section(
         f"Remarks: {counts}",
         paragraph(f"{lead} Each remark is for a person to look at.", "faint"),
         *tables,
         id="remarks",
     )
+
+
+def _assumptions(record: dict[str, Any]) -> str:
+    """Return the remarks that are notes: what was assumed; empty without any."""
+    group = [one for one in record["remarks"] if one["severity"] == Severity.NOTE.value]
+    lifts = {lift["id"]: lift for lift in record["lifts"]}
+    return section("What was assumed", _group(Severity.NOTE, group, lifts), id="assumptions") if group else ""
 
 
 def _counted(severity: Severity, count: int) -> str:

@@ -94,6 +94,9 @@ def plan_parts(
     parts += [frame_box(sheet, one) for one in drawing["frames"] if one["delivery"] == FIRST]
     parts += [stored_box(sheet, one) for one in drawing["stored"] if one["delivery"] == FIRST]
     parts += [sheet.path(one["outline"], "area obstruction", tip(one["id"])) for one in drawing["obstructions"]]
+    parts += (
+        [element("polyline", points=_points(sheet, drawing["path_m"]), class_="way")] if "path_m" in drawing else []
+    )
     survey, values = survey_lines(sheet, drawing["survey"])
     parts += survey
     width, height = sheet.size_px
@@ -122,6 +125,10 @@ def plan_parts(
     if detail:
         parts = [*grid(sheet, ("x", "y")), *_clipped(sheet, parts)]
     return sheet, [*parts, *(one.svg for one in values), *scale_bar(sheet), north_arrow(sheet, drawing["north"])]
+
+
+def _points(sheet: Sheet, path_m: Sequence[Sequence[float]]) -> str:
+    return " ".join(f"{x:.1f},{y:.1f}" for x, y in map(sheet.at, path_m))
 
 
 def heavy_words(one: dict[str, Any]) -> str:

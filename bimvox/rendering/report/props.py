@@ -111,12 +111,24 @@ def props(record: dict[str, Any]) -> str:
         f"Props: {count:,} for {counted(len(with_props), 'part')}",
         paragraph(about),
         _types(found),
-        tag("div", "".join(map(_storey, found["storeys"])), "sheets"),
         _closed(with_props),
-        _steps(with_props),
-        _parts(with_props),
         _others(held),
         id="props",
+    )
+
+
+def props_list(record: dict[str, Any]) -> str:
+    """Return where the props are, by storey and by part, and when they may be taken away; empty without props."""
+    found = record["props"]
+    with_props = [] if found is None else [one for one in found["held"] if one["props"]]
+    if found is None or not with_props:
+        return ""
+    return section(
+        "Places of props",
+        tag("div", "".join(map(_storey, found["storeys"])), "sheets"),
+        _steps(with_props),
+        _parts(with_props),
+        id="prop-places",
     )
 
 

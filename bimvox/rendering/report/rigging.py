@@ -101,7 +101,6 @@ def rigging(record: dict[str, Any]) -> str:
         paragraph(about),
         paragraph(said, "reserved") if said else "",
         tag("div", table(columns, map(_row, rigs), class_="words", id_="rigs"), "wide"),
-        tag("div", "".join(map(rig_figure, rigs)), "pictures rigs"),
         "<h3>Gear for the site</h3>",
         paragraph(
             "Of each piece the most that one lift of a crane needs. Check the certificates on the site.", "faint"
@@ -109,6 +108,13 @@ def rigging(record: dict[str, Any]) -> str:
         table(("Piece", "Number", "Mass of one\nkg"), needed, class_="words", id_="gear"),
         id="rigging",
     )
+
+
+def rig_drawings(record: dict[str, Any]) -> str:
+    """Return the drawings of the rigs to scale; empty without rigs."""
+    rigs = record["rigs"]
+    drawn = tag("div", "".join(map(rig_figure, rigs)), "pictures rigs")
+    return section("Rigs, drawn to scale", drawn, id="rig-drawings") if rigs else ""
 
 
 def _row(one: dict[str, Any]) -> str:

@@ -9,15 +9,17 @@ from bimvox.errors import listed
 from bimvox.records.unloading import Unloading
 from bimvox.rendering.report.gantt import crane_chart, gantt_chart
 from bimvox.rendering.report.html import number, paragraph, row, section, table, tag, terms, value
-from bimvox.rendering.report.lifts import critical_first, lift_table, words_of_lifts
+from bimvox.rendering.report.lifts import critical_first, lift_table, short_lift_table, words_of_lifts
 from bimvox.rendering.report.risks import in_short
-from bimvox.rendering.report.words import CHECKS, METHODS, fixed, named, names_of, percent, ranges, span, tonnes
+from bimvox.rendering.report.words import CHECKS, fixed, named, names_of, percent, ranges, span, tonnes
 from bimvox.rendering.words import counted, escape
 from bimvox.site.means import HOW
 from bimvox.site.site import with_names
 from bimvox.units import elapsed
 
 _LISTED = 12
+_MOST_CRITICAL = 15
+"""Critical lifts in the report itself; its annex has all."""
 _AMOUNTS = ("total", "crew", "hire", "lorries", "set_up")
 
 
@@ -38,7 +40,6 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
     """Return terms and their values, escaped."""
     totals = record["totals"]
     highest, travel = totals["highest_utilisation"], totals["hook_travel_m"]
-    ratio = totals["compared_moves"] / totals["shortest_moves"] if totals["shortest_moves"] else None
 
     def count(key: str) -> str:
         return number(totals[key], fixed(totals[key], 0), key)
@@ -74,8 +75,6 @@ def _total_terms(record: dict[str, Any]) -> list[tuple[str, str]]:
             "Highest use",
             number(highest, f"{percent(highest, 1)} of the capacity", "highest_utilisation") if highest else "",
         ),
-        ("Paths found", ", ".join(_method(method) for method in record["methods"])),
-        ("Length of paths", f"{number(ratio, fixed(ratio, 3), 'moves_ratio')} of the shortest" if ratio else ""),
     ]
 
 
@@ -111,14 +110,6 @@ def _cranes(cranes: Sequence[dict[str, Any]], whole_s: float) -> str:
         works = number(share, percent(share, 0), f"works_crane_{n}")
         words.append(f"{n} {escape(crane['name'])}: {lifts} lifts, working {works} of the time")
     return "<br>".join(words)
-
-
-def _method(found: dict[str, Any]) -> str:
-    name = found["method"]
-    lifts = number(found["lifts"], fixed(found["lifts"], 0), f"lifts_{name}")
-    share = number(found["share"], percent(found["share"], 1), f"share_{name}")
-    by = "" if name == "greedy" else "by "
-    return f"{lifts} {by}{escape(METHODS.get(name, name))} ({share})"
 
 
 def infeasible(record: dict[str, Any], pictures: Sequence[tuple[tuple[int, ...], str]]) -> str:
@@ -211,9 +202,17 @@ def critical(record: dict[str, Any]) -> str:
         words = (
             f"▲ marks {counted(len(orders), 'lift')} using {share} or more of the crane's capacity (load and "
             "rigging together), at the governing sample with the highest utilisation. "
-            "They come first in the table, the highest utilisation first."
+            "Annex A has all lifts, these first."
         )
-    return section(f"Critical lifts: {len(orders)}", paragraph(words), id="critical-lifts")
+    by_order = {lift["order"]: lift for lift in record["lifts"]}
+    shown, rest = [by_order[order] for order in orders[:_MOST_CRITICAL]], len(orders) - _MOST_CRITICAL
+    return section(
+        f"Critical lifts: {len(orders)}",
+        paragraph(words),
+        tag("div", short_lift_table(shown), "wide") if shown else "",
+        paragraph(f"... and {rest:,} more", "faint") if rest > 0 else "",
+        id="critical-lifts",
+    )
 
 
 def lifts(record: dict[str, Any]) -> str:
@@ -246,7 +245,7 @@ def gantt(record: dict[str, Any]) -> str:
         tag("li", f'<span class="swatch {name}"></span>{words}') for name, words in (of_groups if grouped else of_lifts)
     )
     key = tag("ul", legend + tag("li", "▲ critical"), "legend")
-    rows = "A row is a storey and a class, with its number of lifts; the table above has every lift." if grouped else ""
+    rows = "A row is a storey and a class, with its number of lifts; Annex A has every lift." if grouped else ""
     return section(
         "Gantt chart", paragraph(rows, "faint") if rows else "", key, *(tag("div", chart, "sheet") for chart in charts),
         id="gantt",
@@ -331,6 +330,25 @@ def proof(record: dict[str, Any]) -> str:
         )
     else:
         words = f"NOT PROVEN: {counted(len(failed), 'check')} failed. Do not lift by this plan."
+    earlier = made["not_current"]
+    found = "".join(tag("li", f"<b>{escape(c['name'])}</b>: {escape(text)}") for c in failed for text in c["failures"])
+    return section(
+        "Proof: what was proven, and how",
+        paragraph(words, "" if made["verified"] else "warn"),
+        tag("ul", found) if found else "",
+        paragraph(_earlier(earlier), "reserved") if earlier else "",
+        _claims(made["claims"]) if made["verified"] else "",
+        _conditions(record["conditions"]) if made["verified"] else "",
+        paragraph(f"{counted(len(made['checks']), 'check')}; an annex lists them.", "faint"),
+        id="proof",
+    )
+
+
+def checks(record: dict[str, Any]) -> str:
+    """Return what each check of the proof looked at; empty if nothing was proven."""
+    made = record["proof"]
+    if made is None:
+        return ""
     rows = [
         row(
             [
@@ -347,18 +365,8 @@ def proof(record: dict[str, Any]) -> str:
         )
         for check in made["checks"]
     ]
-    earlier = made["not_current"]
-    found = "".join(tag("li", f"<b>{escape(c['name'])}</b>: {escape(text)}") for c in failed for text in c["failures"])
-    return section(
-        "Proof: what was proven, and how",
-        paragraph(words, "" if made["verified"] else "warn"),
-        tag("ul", found) if found else "",
-        paragraph(_earlier(earlier), "reserved") if earlier else "",
-        _claims(made["claims"]) if made["verified"] else "",
-        _conditions(record["conditions"]) if made["verified"] else "",
-        table(("Check", "Result", "Samples", "Worst", "What it checks"), rows, class_="words", id_="checks"),
-        id="proof",
-    )
+    head = ("Check", "Result", "Samples", "Worst", "What it checks")
+    return section("Checks of the proof", table(head, rows, class_="words", id_="checks"), id="proof-checks")
 
 
 def _claims(claims: Sequence[dict[str, Any]]) -> str:
