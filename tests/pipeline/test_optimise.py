@@ -41,7 +41,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]
     folder = tmp_path_factory.mktemp("optimised")
     shutil.copy(SAMPLES / "frame.ifc", folder)
     site = folder / "frame.site.toml"
-    init(folder / "frame.ifc", out=site, voxel_size_m=0.5, progress=SilentProgress())
+    init(folder / "frame.ifc", out=site, voxel_size_m=0.5, full=True, progress=SilentProgress())
     site.write_text("# a remark of mine\n" + site.read_text().replace("search = true", "search = false"))
     return site, run(site)
 
