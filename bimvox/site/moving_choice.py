@@ -64,8 +64,8 @@ def chosen_places(stands: Stands, under: Sequence[NDArray[np.int64]], order: Seq
         most: The most set-ups.
     """
     found, rank = _grown(stands, under, order, [], most)
-    better = True
-    while better:
+    better, at_most = True, int(stands.served[:, ~stands.free].any(axis=0).sum())
+    while better and -rank[0] < at_most:
         # Where none more helps, another one in place of one of them may, and then one more.
         better = False
         for at in range(len(found)):

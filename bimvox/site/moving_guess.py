@@ -31,7 +31,9 @@ from bimvox.site.moving_choice import Stands, carriers, chosen_places, set_up_of
 from bimvox.site.parts import is_erected
 from bimvox.site.set_ups import MastPlaces, lattice, mast_room_m
 
-_MOST_BASES = 900
+_MOST_BASES = 400
+_MORE_BASES = (100, 900)
+"""With fewer parts than the first, so many places."""
 DRIVEN_ON_M = 0.5
 """A crane drives onto what lies on the ground and is no higher: a slab, which it stands on."""
 _PITCH_M = 1.0
@@ -205,7 +207,8 @@ class _Problem:
         stands: list[tuple[NDArray[np.bool_], NDArray[np.bool_], _Floats]] = []
         for usual in rigs:
             crane = self._wanted.demand.as_used(usual)
-            bases_m = self._places.bases_m(crane, _MOST_BASES)
+            few, more = _MORE_BASES
+            bases_m = self._places.bases_m(crane, more if len(self._masses_kg) < few else _MOST_BASES)
             if crane.luffing is None or not len(bases_m):
                 continue
             where += [_Stand(usual, crane, base_m) for base_m in bases_m]
