@@ -233,3 +233,23 @@ def _not_lifted(config: SiteConfig) -> Callable[[Element], str]:
         return lifting.no_gear
 
     return why
+
+
+def rigs_of(config: SiteConfig, lifted: Sequence[Element]) -> Rigs:
+    """Return the gear of parts before it is known on which cells they hang, on slings of the catalogue's usual height.
+
+    ``lifted``: the parts, in the site frame.
+    """
+    gear, size_m = gear_of_site(config), config.model.voxel_size_m or _STEP_M
+    angle_rad, usual_m = config.rules_in_force.sling_angle_rad, catalogue()[0].cranes[0].sling_m
+    mass_kg, highest_m = np.zeros(len(lifted)), usual_m
+    missing: dict[int, str] = {}
+    for number, element in enumerate(lifted):
+        x, y, top_m = hook_above_m(element)
+        at = HangsAt((x, y), top_m, usual_m, angle_rad, size_m)
+        lifting = lifting_by(gear, element, at, upended=is_erected(element))
+        if lifting.rig is not None:
+            mass_kg[number], highest_m = lifting.rig.mass_kg, max(highest_m, lifting.rig.height_m)
+        elif lifting.no_gear:
+            missing[number] = lifting.no_gear
+    return Rigs(mass_kg, highest_m, missing)

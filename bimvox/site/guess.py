@@ -9,34 +9,32 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from shapely.geometry.base import BaseGeometry
 
 from bimvox.bim.building import ASSUMED, Building, Casting, Element, Role, TriangleMesh
 from bimvox.bim.kinds.kind import Confidence
 from bimvox.crane.machine import Machine, carries_most
-from bimvox.crane.reach import MARGIN_M, allowed_radii_m
+from bimvox.crane.reach import allowed_radii_m
 from bimvox.crane.sectors import capacities_kg, sectors_of
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.errors import GridTooLargeError, InputError, SelectionError
+from bimvox.site.access_guess import proposed_access
 from bimvox.site.catalogue import catalogue, machine_called, machines_of
 from bimvox.site.config.crane import CraneConfig, SetUpConfig
-from bimvox.site.config.gear_file import gear_by_crane, gear_of_site
+from bimvox.site.config.gear_file import gear_by_crane
 from bimvox.site.config.rules import RulesConfig, YardConfig
 from bimvox.site.config.site_config import ComponentConfig, MeansConfig, ModelConfig, Polygon, SiteConfig
 from bimvox.site.crane_guess import Chosen, CraneFit, Wanted, best_set_up, compare_cranes, fit_here
-from bimvox.site.default_rules import FAR_FROM_GROUND_M, ON_GROUND_M, TRUCK_KG
-from bimvox.site.demand import Demand, Rigs, hook_above_m, means_by
+from bimvox.site.default_rules import FAR_FROM_GROUND_M, TRUCK_KG
+from bimvox.site.demand import hook_above_m, means_by, rigs_of
 from bimvox.site.ground import ground_level
-from bimvox.site.lifting import HangsAt, lifting_by
 from bimvox.site.machine import crane_config, cranes_of, machine_config
 from bimvox.site.map_frame import read_from_map
 from bimvox.site.means import SAY_WHAT, Means, Reasoned, beyond_road, cast_alike, may_be_cast, nothing_to_lift
-from bimvox.site.moving_guess import DRIVEN_ON_M, MovingCrane, best_moving, fit_of_moving
-from bimvox.site.parts import entries_by_id, is_erected
+from bimvox.site.moving_guess import MovingCrane, best_moving, fit_of_moving, meanwhile
+from bimvox.site.parts import entries_by_id
 from bimvox.site.placement import built_bounds_m, dominant_yaw_rad, place_building, site_extent, top_m
-from bimvox.site.set_ups import OPEN_ZONES, ground_plan, mast_room_m
-from bimvox.site.trial import yard_points
-from bimvox.site.yard_guess import accesses_beside, yard_need, yards_next_to
+from bimvox.site.set_ups import ground_plan
+from bimvox.site.yard_guess import yard_need, yards_next_to
 
 # What a crane is sized for: no part of doubtful kind or mass makes it larger than the usual ones.
 #
@@ -430,20 +428,6 @@ def without(construction: Polygon | None, yards: Yards) -> Polygon | None:
     return tuple((float(x), float(y)) for x, y in largest.exterior.coords[:-1])
 
 
-def meanwhile(
-    elements: Sequence[Element], lifted: Sequence[Element]
-) -> tuple[list[Element], tuple[BaseGeometry, BaseGeometry]]:
-    """Return what is built while a crane lifts these parts, and two outlines: the building, and what is in its way.
-
-    The first is what stands above the ground in the end. The second is what stands on the ground and no crane lifts.
-    """
-    ids = {element.id for element in lifted}
-    others = [element for element in elements if element.id not in ids]
-    high = [element for element in elements if element.mesh.bounds_m[1, 2] > _LEVEL_M]
-    there = [e for e in others if e.mesh.bounds_m[0, 2] <= ON_GROUND_M and e.mesh.bounds_m[1, 2] > DRIVEN_ON_M]
-    return [one for one in others if one.role is Role.COMPONENT], (ground_plan(high), ground_plan(there))
-
-
 def room_beside_m(config: SiteConfig, cell_m: float) -> float:
     """Return the room around a part that lies beside a crane: the yard's gap, and what whole cells add."""
     return max(config.yard.gap_m if config.yard else 0.0, cell_m) + cell_m
@@ -480,8 +464,6 @@ def _table_of(crane: TowerCrane, machines: Sequence[Machine], lifted: Sequence[E
     return crane_config(crane) if machine_called(crane.name) is None else machine_config(crane)
 
 
-_LEVEL_M = 0.05
-"""Parts lie and cranes drive on what is no higher above the ground: a slab on it."""
 _HEADINGS = 24
 
 
@@ -502,72 +484,6 @@ def facing(crane: TowerCrane, lifted: Sequence[Element]) -> TowerCrane:
 
 def _with_areas(config: SiteConfig, **areas: object) -> SiteConfig:
     return config.model_copy(update={"areas": config.areas.model_copy(update=areas)})
-
-
-def proposed_access(config: SiteConfig, building: Building, lifted: Sequence[Element]) -> tuple[Polygon, ...] | None:
-    """Return where lorries stand: a lane from which each crane unloads all that it picks in the yard.
-
-    It lies along the yard or the construction area, clear of building, masts and closed zones, within the plot, near
-    the yard's places and a mast. If none serves with the usual share of the load chart, more of it is used.
-
-    Args:
-        config: The site file, with areas and cranes.
-        building: The building in the site frame.
-        lifted: Its parts that are lifted.
-
-    Returns:
-        None if there is no such lane, or no crane.
-    """
-    cranes, yards = cranes_of(config), config.areas.yard or ()
-    if not cranes or not yards or not lifted:
-        return None
-    rigs = rigs_of(config, lifted) if gear_by_crane(config, 1)[0] is not None else None
-    limits = dict.fromkeys((config.rules.usual_utilisation, config.rules.utmost_utilisation))
-    demands = [Demand(lifted, top_m(building), rigs, most_used) for most_used in limits]
-    masts = [shapely.Point(crane.base_m[:2]).buffer(mast_room_m(config, crane)) for crane in cranes]
-    areas = [*yards, *((config.areas.construction,) if config.areas.construction else ())]
-    areas += [zone.polygon for zone in config.zone if zone.kind not in OPEN_ZONES]
-    taken = shapely.union_all([ground_plan(building.elements), *masts, *map(shapely.Polygon, areas)])
-
-    def picked(demand: Demand, points_m: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return how many parts each crane picks at some of (P, 2) points."""
-        used = [demand.as_used(crane) for crane in cranes]
-        numbers = [n for n in range(len(lifted)) if n not in demand.without_gear]
-        able = [[demand.picks(n, crane, points_m, MARGIN_M).any() for n in numbers] for crane in used]
-        counts: NDArray[np.int64] = np.array(able, np.int64).reshape(len(used), -1).sum(axis=1)
-        return counts
-
-    plot = None if config.areas.plot is None else shapely.Polygon(config.areas.plot)
-    lanes = accesses_beside(yards, config.areas.construction, taken, [crane.base_m for crane in cranes])
-    within = [lane for lane in lanes if plot is None or plot.covers(shapely.Polygon(lane))]
-    places_m = [yard_points(_with_areas(config, yard=(lane,), construction=None)) for lane in within]
-    wanted = [picked(demand, yard_points(config)) for demand in demands]
-    counts = [[picked(demand, points_m) for demand in demands] for points_m in places_m]
-    for first in range(len(demands)):
-        for lane, count in zip(within, counts, strict=True):
-            if all((one >= least).all() for one, least in zip(count[first:], wanted[first:], strict=True)):
-                return (lane,)
-    return None
-
-
-def rigs_of(config: SiteConfig, lifted: Sequence[Element]) -> Rigs:
-    """Return the gear of parts before it is known on which cells they hang, on slings of the catalogue's usual height.
-
-    ``lifted``: the parts, in the site frame.
-    """
-    gear, size_m = gear_of_site(config), config.model.voxel_size_m or VOXEL_SIZES_M[1]
-    angle_rad, usual_m = config.rules_in_force.sling_angle_rad, catalogue()[0].cranes[0].sling_m
-    mass_kg, highest_m = np.zeros(len(lifted)), usual_m
-    missing: dict[int, str] = {}
-    for number, element in enumerate(lifted):
-        x, y, top_m = hook_above_m(element)
-        at = HangsAt((x, y), top_m, usual_m, angle_rad, size_m)
-        lifting = lifting_by(gear, element, at, upended=is_erected(element))
-        if lifting.rig is not None:
-            mass_kg[number], highest_m = lifting.rig.mass_kg, max(highest_m, lifting.rig.height_m)
-        elif lifting.no_gear:
-            missing[number] = lifting.no_gear
-    return Rigs(mass_kg, highest_m, missing)
 
 
 def _reached(crane: TowerCrane, yards: tuple[Polygon, ...], lifted: list[Element], most_used: float) -> int:

@@ -15,7 +15,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
-from bimvox.bim.building import Element
+from bimvox.bim.building import Element, Role
 from bimvox.crane.machine import Machine, carries_most
 from bimvox.crane.outline import outline_of
 from bimvox.crane.reach import MARGIN_M, distances_m, highest_hooks_m, highest_loads_m, radii_for_m
@@ -29,13 +29,15 @@ from bimvox.site.demand import hooks_over_m
 from bimvox.site.machine import moving_times_s
 from bimvox.site.moving_choice import Stands, carriers, chosen_places, set_up_of_parts
 from bimvox.site.parts import is_erected
-from bimvox.site.set_ups import MastPlaces, lattice, mast_room_m
+from bimvox.site.set_ups import MastPlaces, ground_plan, lattice, mast_room_m
 
 _MOST_BASES = 400
 _MORE_BASES = (100, 900)
 """With fewer parts than the first, so many places."""
 DRIVEN_ON_M = 0.5
 """A crane drives onto what lies on the ground and is no higher: a slab, which it stands on."""
+_LEVEL_M = 0.05
+"""What is no higher above the ground counts as level: parts lie on it."""
 _PITCH_M = 1.0
 """Of the places for parts that are tried."""
 _MOST_ROWS = 4
@@ -126,6 +128,17 @@ def _rigs_of(machine: Machine) -> list[TowerCrane]:
     return [carries_most(alike) for alike in by_boom.values()]
 
 
+def set_ups_by_choice(
+    cranes: Sequence[TowerCrane],
+    wanted: Wanted,
+    lifted: Sequence[Element],
+    others: Sequence[Element],
+    plans: tuple[BaseGeometry, BaseGeometry],
+) -> NDArray[np.int64]:
+    """Return (N,) the set-up of a crane in which each part is lifted, -1 if in none; as for :func:`best_moving`."""
+    return _Problem(wanted, lifted, others, plans, 0.0).in_set_ups(cranes)[0]
+
+
 def fit_of_moving(
     cranes: Sequence[TowerCrane],
     wanted: Wanted,
@@ -141,6 +154,20 @@ def fit_of_moving(
 def moves_of_s(cranes: Sequence[TowerCrane]) -> float:
     """Return about how long a crane takes from set-up to set-up, all moves together; it drives a short way."""
     return (len(cranes) - 1) * sum(moving_times_s(cranes))
+
+
+def meanwhile(
+    elements: Sequence[Element], lifted: Sequence[Element]
+) -> tuple[list[Element], tuple[BaseGeometry, BaseGeometry]]:
+    """Return what is built while a crane lifts these parts, and two outlines: the building, and what is in its way.
+
+    The first is what stands above the ground in the end. The second is what stands on the ground and no crane lifts.
+    """
+    ids = {element.id for element in lifted}
+    others = [element for element in elements if element.id not in ids]
+    high = [element for element in elements if element.mesh.bounds_m[1, 2] > _LEVEL_M]
+    there = [e for e in others if e.mesh.bounds_m[0, 2] <= ON_GROUND_M and e.mesh.bounds_m[1, 2] > DRIVEN_ON_M]
+    return [one for one in others if one.role is Role.COMPONENT], (ground_plan(high), ground_plan(there))
 
 
 class _Stand(NamedTuple):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -140,7 +140,12 @@ def _half_up(value: float) -> float:
 
 
 def accesses_beside(
-    yard: Sequence[Polygon], construction: Polygon | None, taken: BaseGeometry, masts_m: Sequence[Sequence[float]]
+    yard: Sequence[Polygon],
+    construction: Polygon | None,
+    taken: BaseGeometry,
+    masts_m: Sequence[Sequence[float]],
+    *,
+    short: bool = False,
 ) -> list[Polygon]:
     """Return lanes along yard and construction area on which a lorry can stand, the best first.
 
@@ -153,6 +158,7 @@ def accesses_beside(
         construction: The construction area.
         taken: Where no lorry drives.
         masts_m: Feet of the masts.
+        short: Whether a lane for one lorry anywhere along a side will do, too.
     """
     low, high = _box_of(yard[0])
     boxes = [(low, high)]
@@ -161,7 +167,12 @@ def accesses_beside(
         boxes.append((first - _WAY_M, last + _WAY_M))
     sides = [(*box, axis, end) for box in boxes for axis in (0, 1) for end in (False, True)]
     lanes = [[_lane(*side, at) for at in (0.5, 0.0, 1.0)] for side in sides]
-    free = [next((lane for lane in some if not lane.intersection(taken).area), None) for some in lanes]
+    found = [(n, lane) for n, some in enumerate(lanes) if (lane := _first_free(some, taken)) is not None]
+    if short:
+        for n, (begin, stop, axis, end) in enumerate(sides):
+            parts = (_part_of(begin, stop, 1 - axis, at) for at in np.linspace(0.0, 1.0, _PLACES))
+            every = (_lane(*part, axis, end, 0.5) for part in parts)
+            found += [(n, lane) for lane in every if not lane.intersection(taken).area]
     masts = [shapely.Point(*foot[:2]) for foot in masts_m]
     places = shapely.points(np.stack(np.meshgrid(*np.linspace(low, high, _PLACES).T), axis=-1))
 
@@ -169,8 +180,22 @@ def accesses_beside(
         mast_m = min((lane.distance(mast) for mast in masts), default=0.0)
         return number >= _SIDES, round(mast_m + float(shapely.distance(places, lane).mean()), 6)
 
-    ranked = sorted((*far(number, lane), number, lane) for number, lane in enumerate(free) if lane is not None)
-    return [_polygon(lane) for *_, lane in ranked]
+    ranked = sorted(found, key=lambda one: (*far(*one), one[0], one[1].bounds))
+    return list(dict.fromkeys(_polygon(lane) for _, lane in ranked))
+
+
+def _first_free(lanes: Iterable[shapely.Polygon], taken: BaseGeometry) -> shapely.Polygon | None:
+    return next((lane for lane in lanes if not lane.intersection(taken).area), None)
+
+
+def _part_of(
+    low: NDArray[np.float64], high: NDArray[np.float64], along: int, at: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the part of a box that is as long as a lorry; what is left over lies before it by the share ``at``."""
+    low, high = low.copy(), high.copy()
+    low[along] += np.floor(2.0 * at * max(0.0, float(high[along] - low[along]) - _half_up(LORRY_M))) / 2.0
+    high[along] = min(high[along], low[along] + _half_up(LORRY_M))
+    return low, high
 
 
 def _box_of(polygon: Polygon) -> NDArray[np.float64]:

@@ -13,6 +13,7 @@ from bimvox.bim.kinds.kind import Judgement, Kind
 from bimvox.crane.load_chart import capacity_kg
 from bimvox.crane.reach import allowed_radii_m
 from bimvox.errors import ConfigError, SelectionError
+from bimvox.site.access_guess import proposed_access
 from bimvox.site.build import PlacedModel, build_site
 from bimvox.site.catalogue import FICTITIOUS, machine_called, machines_called, machines_of
 from bimvox.site.config.crane import CraneConfig, OverrideConfig
@@ -35,7 +36,6 @@ from bimvox.site.guess import (
     guess_site,
     lifted_of,
     placed_on_site,
-    proposed_access,
 )
 from bimvox.site.machine import crane_config, crane_of, cranes_of
 from bimvox.site.means import Means, means_of

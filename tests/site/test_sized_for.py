@@ -13,7 +13,8 @@ from bimvox.bim.kinds.kind import Confidence, Judgement, Kind
 from bimvox.errors import SelectionError
 from bimvox.site.catalogue import catalogue, machine_called, machines_called
 from bimvox.site.config.site_config import ComponentConfig, ModelConfig, SiteConfig
-from bimvox.site.guess import USUAL_TM, complete_config, cranes_that_fit, guess_site, rigs_of
+from bimvox.site.demand import rigs_of
+from bimvox.site.guess import USUAL_TM, complete_config, cranes_that_fit, guess_site
 
 MODEL = ModelConfig(path="a.ifc")
 LIGHT = [box_element(f"beam-{n}", (6.0 * n, 0, 3), (6.0 * n + 5, 0.3, 3.5), ifc_class="IfcBeam") for n in range(5)]

@@ -18,9 +18,10 @@ from bimvox.library.set_up_search.set_up import Tried
 from bimvox.library.set_up_search.yards import may_move
 from bimvox.site.config.gear_file import gear_by_crane
 from bimvox.site.crane_guess import Wanted
-from bimvox.site.guess import meanwhile, rigs_of, room_beside_m
+from bimvox.site.demand import rigs_of
+from bimvox.site.guess import room_beside_m
 from bimvox.site.machine import cranes_of
-from bimvox.site.moving_guess import MovingCrane, each_moving, fit_of_moving, moves_of_s
+from bimvox.site.moving_guess import MovingCrane, each_moving, fit_of_moving, meanwhile, moves_of_s
 from bimvox.site.set_ups import ground_plan, highest_utilisation
 
 

@@ -21,11 +21,11 @@ from bimvox.planning.best_place import SAME_S
 from bimvox.planning.stacks import is_stacked
 from bimvox.planning.yard import gap_vox, storage_poses
 from bimvox.records.unloading import Lorries
+from bimvox.site.access_guess import proposed_access
 from bimvox.site.component import Component
 from bimvox.site.config.site_config import Polygon, SiteConfig
 from bimvox.site.demand import means_by
 from bimvox.site.flip_box import hook_at_vox, raised_size_vox
-from bimvox.site.guess import proposed_access
 from bimvox.site.means import Means
 from bimvox.site.parts import entries_by_id
 from bimvox.site.placement import place_building, top_m

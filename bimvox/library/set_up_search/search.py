@@ -30,7 +30,7 @@ from bimvox.site.config.gear_file import gear_by_crane
 from bimvox.site.config.site_config import Polygon, SiteConfig
 from bimvox.site.crane_guess import Wanted, best_set_up, machine_of_crane
 from bimvox.site.crew_times import crew_times
-from bimvox.site.guess import rigs_of
+from bimvox.site.demand import rigs_of
 from bimvox.site.means import Means
 from bimvox.site.set_ups import LiftWork, SetUps, carried, ground_plan, highest_utilisation, set_ups
 from bimvox.site.site import HeadingRule, Site, SwingRule, parts_beside

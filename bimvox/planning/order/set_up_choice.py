@@ -9,6 +9,7 @@ only the plan tells.
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 from itertools import combinations
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from bimvox.kept import kept
 from bimvox.planning.order.relations import OrderGraph
 from bimvox.site.assign import reached_from
+from bimvox.site.checks import unloading_columns
 from bimvox.site.crane_distances import is_in, stand_of
 from bimvox.site.means import Means
 from bimvox.site.site import Site
@@ -40,6 +42,9 @@ def set_ups_of(
     for index, number in barred:
         reached[index, number] = False
     for part in site.components:
+        if site.access is not None and part.means is Means.CRANE:
+            for number in np.flatnonzero(reached[part.index]).tolist():
+                reached[part.index, number] = len(unloading_columns(site, replace(part, crane=number))) > 0
         if part.means is not Means.CRANE:
             reached[part.index], away_m[part.index] = True, 0.0
         elif part.id not in free:

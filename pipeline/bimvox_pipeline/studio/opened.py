@@ -32,8 +32,8 @@ from bimvox.site.catalogue import every_machine, own_machines
 from bimvox.site.config.calendar import CalendarConfig
 from bimvox.site.config.file import load_site_config, read_site_file
 from bimvox.site.config.site_config import ModelConfig, SiteConfig
-from bimvox.site.demand import Rigs
-from bimvox.site.guess import complete_config, ground_why, guess_site, rigs_of
+from bimvox.site.demand import Rigs, rigs_of
+from bimvox.site.guess import complete_config, ground_why, guess_site
 from bimvox.site.kind_rows import KindRow, kind_rows
 from bimvox.site.machine import cranes_of
 from bimvox.site.map_frame import ifc_to_map
