@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from bimvox.library.plan_value import write_log as write_log
     from bimvox.library.render import render as render
     from bimvox.library.revise import revise as revise
+    from bimvox.library.sequences.suite import sequence_problems as sequence_problems
     from bimvox.library.site import LoadedSite as LoadedSite
     from bimvox.library.site import guess_site as guess_site
     from bimvox.library.site import load_site as load_site
@@ -92,6 +93,7 @@ _HOME = {
     "read_log": "bimvox.library.plan_value",
     "render": "bimvox.library.render",
     "revise": "bimvox.library.revise",
+    "sequence_problems": "bimvox.library.sequences.suite",
     "verify": "bimvox.library.verify",
     "voxelize": "bimvox.library.site",
     "write_log": "bimvox.library.plan_value",

@@ -59,6 +59,15 @@ def _given_to_others(site: Site, other: Site, preparation: Preparation) -> tuple
     return _with_cranes(site, {b.index: b.crane for _, b in pairs}), _noted(preparation, notes)
 
 
+def as_ordered(site: Site, other: Site, preparation: Preparation) -> tuple[Site, Preparation]:
+    """Return a site with the cranes that an order of the caller names, and its preparation with a note on each."""
+    pairs = [(a, b) for a, b in zip(site.components, other.components, strict=True) if a.crane != b.crane]
+    if not pairs:
+        return site, preparation
+    notes = [_ordered_note(a, site.cranes[a.crane], site.cranes[b.crane]) for a, b in pairs]
+    return _with_cranes(site, {b.index: b.crane for _, b in pairs}), _noted(preparation, notes)
+
+
 def may_go_to_others(loaded: LoadedSite) -> list[str]:
     """Return the ids of the components that another crane may lift: those whose crane the site file does not name."""
     return without_named_crane(loaded.site, loaded.config)
@@ -111,8 +120,8 @@ def _noted(preparation: Preparation, notes: Sequence[str]) -> Preparation:
     return replace(preparation, sequence=sequence)
 
 
-def _notes(part: Component, own: TowerCrane, crane: TowerCrane) -> tuple[str, str]:
-    return _no_time_note(part, own, crane), _faster_note(part, own, crane)
+def _notes(part: Component, own: TowerCrane, crane: TowerCrane) -> tuple[str, ...]:
+    return _no_time_note(part, own, crane), _faster_note(part, own, crane), _ordered_note(part, own, crane)
 
 
 def _no_time_note(part: Component, own: TowerCrane, crane: TowerCrane) -> str:
@@ -127,6 +136,10 @@ def _faster_note(part: Component, own: TowerCrane, crane: TowerCrane) -> str:
         f"{part.label}: {crane.name} lifts it instead of {own.name}, all in all that is faster; "
         f'[[component]] crane = "{own.name}" prevents that'
     )
+
+
+def _ordered_note(part: Component, own: TowerCrane, crane: TowerCrane) -> str:
+    return f"{part.label}: {crane.name} lifts it instead of {own.name}, as the given order says"
 
 
 # What is prepared for a site; for several cranes with a faster erection sequence, by their scheduled motions.

@@ -65,7 +65,8 @@ def plan(  # noqa: PLR0913  (the options of a verb)
         paths: A planner of yours, asked first: ``paths(start_vox, goal_vox, space)`` returns (N, 3) cells or waypoints
             from start to goal, or None; ``space`` is a ``LiftSpace``. A lift for which it has no valid path is planned
             without it, and says why (``plan.lifts[n].lift.planner_note``).
-        order: The ids of all parts, first lift first; or a function that returns them, of a tuple of ``PartToOrder``.
+        order: The ids of all parts, first lift first; or a function that returns them, of a tuple of ``PartToOrder``. A
+            pair of an id and the name of a crane says which of several cranes lifts the part.
         paths_limit_s: Longest that ``paths``, or a policy of yours, may take for a lift, seconds. Then it is
             interrupted. Python code ends at once; compiled code ends when it returns, and is not asked until then.
         jobs: Number of processes that share the work, from 1; default: one per processor. The plan is the same.

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from bimvox.cranes.lift import NoFreeTimeError
 from bimvox.cranes.schedule import time_lifts
 from bimvox.errors import MotionError, NoPlanError, listed
-from bimvox.library.hand_over import handed_over, preparation_of
+from bimvox.library.hand_over import as_ordered, handed_over, preparation_of
 from bimvox.motion.steps import steps_of
 from bimvox.planning.given_order import Order, prepare_in_order
 from bimvox.planning.planner import plan_lifts
@@ -68,7 +68,7 @@ def prepared(
     if order is None:
         site, preparation = preparation_of(site, progress.report, workers, free, store)
     else:
-        preparation = prepare_in_order(site, order, progress.report)
+        site, preparation = as_ordered(site, *prepare_in_order(site, order, progress.report, free))
     notes = preparation.sequence.notes
     for note in notes[:_NOTES_SHOWN]:
         progress.note(note)

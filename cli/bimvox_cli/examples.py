@@ -52,6 +52,10 @@ EXAMPLES = {
     "policy export": ("bimvox policy export 3f2a", "bimvox policy export 3f2a -o house.onnx"),
     "policy import": ("bimvox policy import house.safetensors",),
     "policy score": ("bimvox policy score default --share 0.1", "bimvox policy score mine:values --set slabs --json"),
+    "experiment sequence": (
+        "bimvox experiment sequence search --set small",
+        "bimvox experiment sequence mine.py:order --json",
+    ),
     "experiment paper": ("bimvox experiment paper --quick", "bimvox experiment paper --mode ours --seeds 3 -o ours"),
 }
 """Command lines by command; a test parses each of them."""

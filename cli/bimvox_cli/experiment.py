@@ -15,7 +15,7 @@ from bimvox_cli.output import Output, fields, rows
 if TYPE_CHECKING:
     from rich.console import Console
 
-experiment = typer.Typer(help="Repeat published experiments.", no_args_is_help=True)
+experiment = typer.Typer(help="Repeat published experiments; score erection sequences.", no_args_is_help=True)
 
 
 @command
@@ -87,4 +87,46 @@ def _show(console: Console, document: Mapping[str, Any]) -> None:
     fields(console, [("report", document["report"]), ("pictures", ", ".join(document["pictures"]))])
 
 
-enlist(experiment, paper, group="experiment")
+@command
+def sequence(
+    output: Output,
+    order: Annotated[
+        str,
+        typer.Argument(
+            metavar="ORDER",
+            help="`trade`, `greedy`, `search`, `exact`, or module:function or file.py:function (its code runs).",
+        ),
+    ],
+    sets: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="SET", help="small, storeys, halls or samples, repeatable. Default: all."),
+    ] = None,
+) -> int:
+    """Score an erection sequence on the frozen buildings of Sequence-v0: planned, timed and proven."""
+    from bimvox_pipeline.sequence import score_sequence
+
+    document = score_sequence(order, sets=sets or (), progress=output.progress)
+    return output.answer(document, _show_sequence)
+
+
+def _show_sequence(console: Console, document: Mapping[str, Any]) -> None:
+    columns = ("building", "proven", "crane hours", "least hours", "ratio", "s", "why not")
+    hours = ["-" if one["makespan_s"] is None else f"{one['makespan_s'] / 3600.0:.3f}" for one in document["buildings"]]
+    lines = [
+        (
+            one["problem"],
+            f"{one['proven']} of {one['lifts']}",
+            taken,
+            f"{one['least_s'] / 3600.0:.3f}",
+            "-" if one["ratio"] is None else f"{one['ratio']:.4f}",
+            f"{one['seconds']:.1f}",
+            one["reason"] or "",
+        )
+        for one, taken in zip(document["buildings"], hours, strict=True)
+    ]
+    ratio = "none" if document["ratio"] is None else f"{document['ratio']:.4f} of the least time in the mean"
+    console.print(f"order {document['order']}: {document['solved']} of {len(lines)} buildings solved, {ratio}")
+    rows(console, columns, lines, limit=None)
+
+
+enlist(experiment, paper, sequence, group="experiment")

@@ -12,7 +12,7 @@ from bimvox_cli.output import print_json
 
 def schema(
     name: Annotated[
-        Literal["site", "crane", "gear", "obstructions", "sweep", "grid", "log", "page", "score"],
+        Literal["site", "crane", "gear", "obstructions", "sweep", "grid", "log", "page", "score", "sequence-score"],
         typer.Argument(metavar="FORMAT", help="The format."),
     ],
     json: Json = False,

@@ -21,6 +21,7 @@ _SCHEMAS = {
     "log": f"{__name__}:log_schema",
     "page": "bimvox.rendering.page.document:page_json_schema",
     "score": "bimvox.policy.score:PolicyScore.file_schema",
+    "sequence-score": "bimvox.library.sequences.score:SequenceScore.file_schema",
 }
 """The function that makes each format's schema; its module is imported on use."""
 

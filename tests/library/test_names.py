@@ -25,6 +25,7 @@ VERBS = (
     "read_log",
     "render",
     "revise",
+    "sequence_problems",
     "verify",
     "voxelize",
     "write_log",
