@@ -45,9 +45,6 @@ def log_messages(
     yield _line(start_ns, Log.INFO, f"{site.name}: {planned} of {wanted} lifts planned")
     for group in not_lifted_groups(site, lifts, record.motions, record.steps):
         by = "" if group.needed_by_ns is None else f", needed by {clock(group.needed_by_ns / 1e9)}"
-        if group.begins_ns is not None and group.carries_ns is not None:
-            begins, carries = elapsed(group.begins_ns / 1e9), elapsed(group.carries_ns / 1e9)
-            by += f"; in elapsed time, the work begins at {begins}, and all carry from {carries}"
         where = "" if group.storey is None else f" of {group.storey}"
         what = f"{group.kind}{where}: {len(group.lifts)} parts, {group.mass_kg / 1000.0:.2f} t"
         yield _line(start_ns, Log.INFO, f"{group.means.value.replace('_', ' ')}: {what}{by}")

@@ -276,6 +276,8 @@ TIME = Record(
      lambda it: it.in_words(it.first)),
     ("ends", str, "When the last work ends, in the same way.", lambda it: it.in_words(it.last)),
     ("working_days", Count, "Working days from the first to the last work."),
+    ("ends_p80", Maybe(str), "The end that 80 of 100 simulations keep; null if no time is uncertain.",
+     lambda it: next((it.in_words(end) for share, end in it.percentiles if share == 80), None)),
     ("crane_hours", float, "From the start of the first lift to the end of the last, without pauses.",
      lambda it: round(it.crane_ns / NS_PER_H, 6)),
     ("unloading_hours", float, "Hours of the crane to unload deliveries, in addition.",

@@ -159,5 +159,7 @@ def _worst(console: Console, document: Document) -> None:
             break
         columns.pop(column)
     critical = f"{figures['critical_lifts'] or 0:,} at {100.0 * figures['critical_share']:.0f} % or more"
-    title = shortened(f"worst lifts by capacity ({critical}); {GROSS}", console.width)
+    rest = len(document["lifts"]) - len(lifts)
+    numbers = f"; numbers are of all {len(document['lifts']):,} parts, in their order" if rest else ""
+    title = shortened(f"worst lifts by capacity ({critical}); {GROSS}{numbers}", console.width)
     table(console, columns, used, title=title, limit=None, cut="part")

@@ -217,6 +217,15 @@ def test_hire_is_told_in_days_if_it_is_known() -> None:
     assert [str(one).split(" of ")[0] for one in said] == ["1 day", "12 days"]
 
 
+def test_the_likely_end_and_what_numbers_count_are_said():
+    time = MANY["time"] | {"ends_p80": "day 4 09:00"}
+    lines = answer(MANY | {"time": time})
+    assert any("in 80 of 100 cases by day 4 09:00 (P80)" in line for line in lines)
+    assert not any("(P80)" in line for line in answer(MANY))
+    assert any("; numbers are of all 73 parts, in their order" in line for line in answer(MANY))
+    assert not any("numbers are of all" in line for line in answer(MANY | {"lifts": MANY["lifts"][:30]}))
+
+
 def test_the_command_answers_and_prints_tables_on_request(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -422,6 +422,9 @@ def test_without_a_start_working_days_are_numbered_and_weekends_are_none():
     assert sorted(set(map(int, days))) == list(range(1, found.working_days + 1))
     assert found.working_days > 5, "over a weekend"
     assert found.percentiles == ()
+    assert found.time["ends_p80"] is None
+    later = replace(found, later_ns=(0, HOUR, 2 * HOUR))
+    assert later.time["ends_p80"] == later.in_words(dict(later.percentiles)[80])
 
 
 def test_hours_to_unload_are_told_apart():

@@ -15,6 +15,7 @@ from bimvox.site.means import HOW
 from bimvox.units import clock
 
 _WORDS = {
+    "Lift": "its number in the order of all parts, those that the crane does not lift too",
     "Category": "B basic, I intermediate, C complex, as proposed",
     "Load, radius, capacity, use": "those of the governing sample, the one of the whole lift at which load and rigging "
     "take the largest share of the capacity",

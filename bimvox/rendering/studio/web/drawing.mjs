@@ -197,10 +197,10 @@ export class Drawing {
       const score = (own) => own.reduce((sum, { at }) => sum + (outline.some((polygon) => isInside(polygon, at)) ? 1 : 2), 0);
       const best = turns.map(placed).reduce((a, b) => (score(b) > score(a) ? b : a));
       taken.push(...best.map(({ at }) => at));
-      // The capacity stands at the outermost ring that has it.
+      // What a part may weigh, less gear, hook block and reserve, stands at the outermost ring that has it.
       const told = (ring, n) => ring.capacity_kg !== null && (n === 0 || Math.abs(best[n - 1].ring.capacity_kg - ring.capacity_kg) > 0.5);
       const metres = (value) => `${fixed(value, Number.isInteger(value) ? 0 : 1)} m`;
-      return best.map(({ ring, at: [x, y] }, n) => label(metres(ring.radius_m) + (told(ring, n) ? ` · ${tonnes(ring.capacity_kg)}` : ""), [x, y + 4], { class: "label ring-label" }));
+      return best.map(({ ring, at: [x, y] }, n) => label(metres(ring.radius_m) + (told(ring, n) ? ` · ${tonnes(ring.capacity_kg)} net` : ""), [x, y + 4], { class: "label ring-label" }));
     });
   }
 
