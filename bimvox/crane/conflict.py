@@ -71,6 +71,21 @@ def clear_of_one(
 
 
 @kernel
+def each_clear(
+    outline_a: NDArray[np.float64],
+    rows_a: NDArray[np.float64],
+    outline_b: NDArray[np.float64],
+    rows_b: NDArray[np.float64],
+    separation_m: float,
+) -> NDArray[np.bool_]:
+    """Return (N,) whether two cranes are clear of each other in each of (N, 9) pairs of rows."""
+    clear = np.zeros(rows_a.shape[0], np.bool_)
+    for i in range(rows_a.shape[0]):
+        clear[i] = not meet(outline_a, rows_a[i], outline_b, rows_b[i], separation_m)
+    return clear
+
+
+@kernel
 def _parts_of(outline: NDArray[np.float64], row: NDArray[np.float64], parts: NDArray[np.float64]) -> None:
     """Write the five parts in one span: inner and outer radius, half width, lowest, highest."""
     luffs = outline[14] > 0.0

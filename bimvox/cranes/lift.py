@@ -45,6 +45,7 @@ from bimvox.site.collision import HOOK_FORBIDDEN, CollisionSpace
 from bimvox.site.component import Component
 from bimvox.site.lifting import crane_for
 from bimvox.site.site import Site
+from bimvox.site.tandem import ROPE_HALF_M
 from bimvox.stop.brake_axes import braking_distances
 from bimvox.units import NS_PER_S
 
@@ -263,13 +264,16 @@ def carrying_track(
     )
 
 
-def bare_track(site: Site, crane: TowerCrane, motion: LiftMotion) -> CraneTrack:
-    """Return where a crane may be during a lift, from hook-on on, with nothing on its hook: without the load.
+def bare_track(site: Site, crane: TowerCrane, component: Component, motion: LiftMotion) -> CraneTrack:
+    """Return where a crane may be during a lift, from hook-on on, without the load, whose swing its rope follows.
 
-    The load that two cranes share is no obstacle for the other one; jibs, ropes and hooks are.
+    The load that two cranes share is no obstacle for the other one, nor is the other hook; jibs and ropes are.
+
+    ``component``: the part as the crane sees it.
     """
-    time_ns, axes = motion.samples()
-    return _track(crane_for(site, crane, None), _empty(site, crane), time_ns, axes)
+    rigged = crane_for(site, crane, component)
+    rope = _Hung(ROPE_HALF_M, rigged.sling_m, pendulum_on(site, rigged, component))
+    return _track(rigged, rope, *motion.samples())
 
 
 def _empty(site: Site, crane: TowerCrane) -> _Hung:

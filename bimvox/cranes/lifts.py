@@ -38,7 +38,7 @@ from bimvox.records.lift import Lift, LiftPlan, Status
 from bimvox.records.motion import LiftMotion, by_each_crane
 from bimvox.site.collision import CollisionSpace
 from bimvox.site.site import Site
-from bimvox.site.tandem import cranes_of, has_tandems, seen_by
+from bimvox.site.tandem import cranes_of, has_tandems, part_on, seen_by
 from bimvox.walk import Shared, Store, Walk
 from bimvox.workers import ALONE, Workers
 
@@ -102,7 +102,10 @@ def _insist_that_two_fit(site: Site, pairs: Sequence[tuple[Lift, LiftMotion]]) -
         if lift is not other_lift:
             continue
         names = [site.cranes[half.crane].name for half in (one, other)]
-        tracks = [bare_track(site, site.cranes[half.crane], half) for half in (one, other)]
+        tracks = [
+            bare_track(site, site.cranes[half.crane], part_on(site, lift.component, half.crane), half)
+            for half in (one, other)
+        ]
         outlines = (outline_of(site.cranes[one.crane]), outline_of(site.cranes[other.crane]))
         met = first_conflict(outlines, tracks[0], tracks[1], site.rules.crane_separation_m)
         if met is not None:

@@ -31,7 +31,7 @@ from bimvox.site.lifting import (
     place_radius_m,
 )
 from bimvox.site.site import Site
-from bimvox.site.tandem import halves, tandem_rules
+from bimvox.site.tandem import halves, jibs_apart, tandem_rules
 from bimvox.units import mass_text
 
 
@@ -242,6 +242,13 @@ def _refused_by_two(site: Site, component: Component) -> str | None:
                 f"hook block: {used:.0f} % of its load chart at {radius_m:.1f} m; [rules.tandem] most_share permits "
                 f"{100.0 * most:g} %"
             )
+    x, y, _ = np.add(component.target_vox, component.hook_offset_vox).tolist()
+    if not jibs_apart(site, component)[x, y]:
+        first, second = (site.cranes[half.crane].name for half in halves(site, component))
+        return (
+            f"two cranes hold it, and above its place jib and rope of {first} and {second} would come too near to each "
+            f"other ([rules] crane_separation_m is {site.rules.crane_separation_m:g} m, and they must brake)"
+        )
     return None
 
 

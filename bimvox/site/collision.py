@@ -32,7 +32,7 @@ from bimvox.site.component import Component, IntVec, Shape, turned_aside, turnin
 from bimvox.site.default_rules import ALL_KEPT, SMALLER_CLEARANCES_M, Kept
 from bimvox.site.lifting import crane_for, permitted_share
 from bimvox.site.site import Site
-from bimvox.site.tandem import halves, over_both, tandem_rules
+from bimvox.site.tandem import halves, jibs_apart, over_both, tandem_rules
 
 NO_CEILING = np.zeros((0, 0), np.int32)
 """``hook_ceiling`` if only the grid's top limits the height."""
@@ -214,7 +214,8 @@ def _room_of_two(site: Site, top: NDArray[np.int32], component: Component, slack
     highest = np.full(top.shape, site.shape[2], np.int32)
     ceilings = [room.ceiling if room.ceiling.size else highest for room in rooms]
     ceiling = over_both(site, component, ceilings, -1).min(axis=0)
-    return _HookRoom(np.where(floor > ceiling, HOOK_FORBIDDEN, floor).astype(np.int32), ceiling.astype(np.int32))
+    forbidden = (floor > ceiling) | ~jibs_apart(site, component)
+    return _HookRoom(np.where(forbidden, HOOK_FORBIDDEN, floor).astype(np.int32), ceiling.astype(np.int32))
 
 
 def _share(site: Site, crane: TowerCrane, component: Component | None) -> float:

@@ -19,7 +19,22 @@ from math import floor, tan
 import numpy as np
 from numpy.typing import NDArray
 
+from bimvox.crane.conflict import (
+    COLUMNS,
+    HOOK_HIGH,
+    HOOK_LOW,
+    LOAD_HALF,
+    LOWEST,
+    RADIUS_HIGH,
+    RADIUS_LOW,
+    ROPE_HALF,
+    SLEW_HIGH,
+    SLEW_LOW,
+    each_clear,
+    numbers_of,
+)
 from bimvox.crane.load_chart import capacity_kg
+from bimvox.crane.outline import outline_of
 from bimvox.crane.sectors import towards
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.grid.frame import GridFrame
@@ -31,7 +46,14 @@ from bimvox.site.site import Rules, Site
 
 _FROM_END = 0.2
 """Where each crane holds the part, as a share of its length from the end: about where a beam bends least."""
+_NEAR_END = 0.05
+_ROOM_M = 2.0
+"""Two hook blocks of 1 m, which come to a part one after the other, keep the separation of the cranes and may brake."""
 _SAME_USE = 1e-3
+ROPE_HALF_M = 0.1
+"""Half the width of a rope whose load two cranes share: the hooks cannot come nearer to each other than the load is."""
+_BRAKING_M = 0.5
+"""Added to the separation of the cranes where a path is looked for: so far a jib may go on while it brakes."""
 _USUAL = TandemRules()
 HELD = "tandem"
 """The ``source`` of the lifting points of a part that two cranes hold."""
@@ -63,7 +85,7 @@ def pairs_for(site: Site, component: Component) -> list[Pair]:
 
     Each holds it at a point near one of its ends. Its place in the yard is not looked at, nor the way between.
     """
-    points_m, found = _points(component), list[Pair]()
+    points_m, found = _points(component, site.rules.crane_separation_m + _ROOM_M), list[Pair]()
     if points_m is None:
         return []
     for first, second in permutations(range(len(site.cranes)), 2):
@@ -148,6 +170,39 @@ def over_both(site: Site, component: Component, maps: Sequence[NDArray[np.int32]
     return result
 
 
+def jibs_apart(site: Site, component: Component) -> NDArray[np.bool_]:
+    """Return (X, Y) whether jibs and ropes of its two cranes keep apart with the hook line of a part above a column."""
+    cranes = tuple(site.cranes[number] for number in cranes_of(component))
+    return _jibs_apart(component, site.frame, site.shape[:2], cranes, site.rules.crane_separation_m, site.rules)
+
+
+@kept
+def _jibs_apart(
+    component: Component,
+    frame: GridFrame,
+    columns: tuple[int, int],
+    cranes: tuple[TowerCrane, ...],
+    separation_m: float,
+    rules: Rules,
+) -> NDArray[np.bool_]:
+    rows, outlines = [], [outline_of(crane) for crane in cranes]
+    for crane, outline, half in zip(cranes, outlines, _halves(component, frame, rules), strict=True):
+        line = np.subtract(half.hook_line_vox[:2], component.hook_offset_vox[:2]) + 0.5
+        over_m = np.moveaxis(np.indices(columns), 0, -1).reshape(-1, 2) + line
+        at_m = np.array(frame.origin_m[:2]) + frame.voxel_size_m * over_m - np.array(crane.base_m[:2])
+        own = np.zeros((len(at_m), COLUMNS))
+        own[:, SLEW_LOW] = own[:, SLEW_HIGH] = np.arctan2(at_m[:, 1], at_m[:, 0])
+        own[:, RADIUS_LOW] = own[:, RADIUS_HIGH] = np.hypot(*at_m.T)
+        own[:, [LOAD_HALF, ROPE_HALF]] = ROPE_HALF_M
+        own[:, [LOWEST, HOOK_LOW]], own[:, HOOK_HIGH] = frame.origin_m[2], outline.rope_top_m
+        rows.append(own)
+    first, second = (numbers_of(outline) for outline in outlines)
+    clear = each_clear(first, rows[0], second, rows[1], separation_m + _BRAKING_M)
+    apart: NDArray[np.bool_] = clear.reshape(columns)
+    apart.flags.writeable = False
+    return apart
+
+
 def tandem_rules(rules: Rules) -> TandemRules:
     """Return the rules for parts that two cranes carry; the usual ones where a site has none."""
     return rules.tandem or _USUAL
@@ -179,13 +234,19 @@ def cranes_of(component: Component) -> tuple[int, ...]:
     return (component.crane,) if component.tandem is None else (component.crane, component.tandem.second)
 
 
-def _points(component: Component) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None:
-    """Return where two cranes hold a part, along its longest direction on plan; None if it has no such places."""
+def _points(
+    component: Component, least_m: float
+) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None:
+    """Return where two cranes hold a part, along its longest direction on plan; None if it has no such places.
+
+    ``least_m``: how far apart they are at least, if the part is long enough.
+    """
     plan_m, centre = component.mesh.vertices_m[:, :2], _centre_m(component)[:2]
     _, _, axes = np.linalg.svd(plan_m - plan_m.mean(axis=0), full_matrices=False)
     along = axes[0] * (1.0 if tuple(axes[0]) > (0.0, 0.0) else -1.0)
     at_m = (plan_m - centre) @ along
-    inwards_m = _FROM_END * float(np.ptp(at_m))
+    length_m = float(np.ptp(at_m))
+    inwards_m = min(_FROM_END * length_m, max(_NEAR_END * length_m, (length_m - least_m) / 2.0))
     ends = (float(at_m.min()) + inwards_m, float(at_m.max()) - inwards_m)
     if not ends[0] < 0.0 < ends[1]:
         return None

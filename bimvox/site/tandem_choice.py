@@ -12,7 +12,7 @@ from bimvox.site.component import Component, Lifting, StoredPose, Tandem
 from bimvox.site.config.site_config import ComponentConfig, SiteConfig
 from bimvox.site.means import Means
 from bimvox.site.site import Site
-from bimvox.site.tandem import HELD, Pair, pairs_for, tandem_rules
+from bimvox.site.tandem import HELD, Pair, jibs_apart, pairs_for, tandem_rules
 
 
 def with_tandems(config: SiteConfig, site: Site) -> Site:
@@ -84,11 +84,12 @@ def _why_not(site: Site, part: Component, entry: ComponentConfig | None) -> str:
 
 
 def _has_room(site: Site, part: Component, pair: Pair) -> bool:
-    """Return whether both cranes hold a part above some column of the yard."""
+    """Return whether both cranes hold a part above some column of the yard, and their jibs keep apart at its place."""
     held = _held(part, (pair.cranes[0], pair.tandem))
     flat = np.zeros(site.shape[:2], np.int32)
     room = hook_room(site, site.cranes[held.crane], flat, held)
-    return bool((site.yard & (room.floor < HOOK_FORBIDDEN)).any())
+    x, y, _ = np.add(part.target_vox, part.hook_offset_vox).tolist()
+    return bool(jibs_apart(site, held)[x, y] and (site.yard & (room.floor < HOOK_FORBIDDEN)).any())
 
 
 def _held(part: Component, held: tuple[int, Tandem] | None) -> Component:

@@ -18,7 +18,7 @@ from bimvox.site.config.site_config import AreasConfig, ComponentConfig, ModelCo
 from bimvox.site.default_rules import TandemRules
 from bimvox.site.machine import cranes_of
 from bimvox.site.placement import site_extent
-from bimvox.site.tandem import HELD, halves, level_kg, over_both, pairs_for, part_on, seen_by
+from bimvox.site.tandem import HELD, halves, jibs_apart, level_kg, over_both, pairs_for, part_on, seen_by
 
 YARD = ((0.0, 0.0), (10.0, 0.0), (10.0, 6.0), (0.0, 6.0))
 CRANES = (
@@ -161,8 +161,16 @@ def test_the_hook_line_may_be_where_both_hooks_may_be():
             one[x + by, y] if 0 <= x + by < one.shape[0] else HOOK_FORBIDDEN
             for one, by in zip(own, shifts, strict=True)
         ]
-        assert (room.floor[x, y] < HOOK_FORBIDDEN) == (max(both) < HOOK_FORBIDDEN)
+        may = max(both) < HOOK_FORBIDDEN and jibs_apart(site, beam)[x, y]
+        assert (room.floor[x, y] < HOOK_FORBIDDEN) == may
     assert over_both(site, beam, own, -7)[0, -1].max() >= -7
+
+
+def test_a_short_part_is_held_nearer_to_its_ends():
+    """The two hook blocks need 4 m: 2 m between them, and room."""
+    site = tandem_site(parts=(("block", (6.0, 18.0, 0.0), (12.0, 20.0, 1.0)),))
+    (first, second) = site.components[0].tandem.points_m
+    assert (first[0], second[0]) == pytest.approx((7.0, 11.0))
 
 
 def test_the_nearer_crane_holds_the_nearer_end():

@@ -115,6 +115,8 @@ LOOK_NS = 250_000_000
 STOP_EVERY_NS = 1_000_000_000
 """Time between the moments at which a crane is stopped."""
 _AT_REST = 1e-6
+_ROPE_M = 0.1
+"""Half the width of a rope whose load the other crane carries too: its hook cannot come nearer than the load is."""
 _EMPTY_M = 0.5
 """Half the width of the empty hook with its slings."""
 
@@ -206,7 +208,7 @@ def way_of_crane(site: Site, number: int, motions: Sequence[LiftMotion], shared:
         site: The site.
         number: Of the crane in ``Site.cranes``.
         motions: Its motions, at least one.
-        shared: Orders of lifts whose load does not count, because the other crane carries it too.
+        shared: Orders of lifts of which only the rope counts, because the other crane carries the load too.
     """
     crane = site.cranes[number]
     motions = sorted(motions, key=lambda motion: motion.start_ns)
@@ -234,8 +236,6 @@ def _hung_by(
     loose = ((-_EMPTY_M, _EMPTY_M, -_EMPTY_M, _EMPTY_M), empty_m, empty_m)
     hung = [_Hung(motions[0].start_ns, *loose)]
     for motion in motions:
-        if motion.order in shared:
-            continue
         component = site.components[motion.component]
         rigged = crane_for(site, crane, component)
         x, y = (n + 0.5 for n in component.hook_line_vox[:2])
@@ -245,6 +245,8 @@ def _hung_by(
         off_ns = next((p.start_ns for p in motion.phases if p.name is PhaseName.RELEASE), motion.end_ns)
         raised_ns = motion.start_ns + int(motion.raising.time_ns[0])
         load = (rigged.sling_m + height_m, rigged.sling_m + height_m / 2.0)
+        if motion.order in shared:
+            box_m, load = (-_ROPE_M, _ROPE_M, -_ROPE_M, _ROPE_M), (rigged.sling_m, load[1])
         hung += [_Hung(raised_ns, box_m, *load), _Hung(off_ns, *loose)]
     return tuple(sorted(hung, key=lambda one: one.from_ns))
 
