@@ -30,7 +30,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-slow test-all test-page test-slim test-fleet sizes check lint types contracts samples bench bench-real-files bench-motion check-log bench-voxelize bench-environment bench-render \
-	bench-planning bench-yard bench-class-rates bench-watch bench-scale bench-studio bench-many-lifts bench-generalist bench-generalist-seeds bench-decision bench-live bench-cold bench-frozen train-generalist soak-watch soak-files \
+	bench-planning bench-yard bench-class-rates bench-watch bench-scale bench-studio bench-many-lifts bench-generalist bench-sequence bench-generalist-seeds bench-decision bench-live bench-cold bench-frozen train-generalist soak-watch soak-files \
 	picture sketches site constraints audit advisories wheel release clean
 
 help: ## this list
@@ -176,6 +176,9 @@ train-generalist: setup ## train the network that ships with bimvox: docs/genera
 
 bench-generalist: setup ## the shipped network and its baselines on the held-out suite (ARGS="--share 0.1" for a try)
 	$(BIN)/python -m benchmarks.generalist $(ARGS)
+
+bench-sequence: setup ## orders of whole buildings, proven: docs/sequence-v0.md (ARGS="--run search", ARGS="--add mine.json"; without: whether page and data agree)
+	$(BIN)/python -m benchmarks.sequence $(ARGS)
 
 bench-generalist-seeds: setup ## five training seeds with and without the teacher (OUT=folder, ARGS="--steps 4000" for a try)
 	$(BIN)/python -m benchmarks.generalist_seeds --out $(OUT)/generalist-seeds $(ARGS)
