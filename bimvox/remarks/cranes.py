@@ -42,13 +42,15 @@ LARGEST_TM = 10_000.0
 def machines(subject: Subject) -> Iterator[Remark]:
     """Yield remarks about cranes that are not machines of the catalogue, and what differs by how much."""
     for crane in subject.site.cranes:
-        if subject.site.moving is not None:  # the catalogue's are at z = 0
+        described = crane
+        if crane.kind == "mobile":  # the catalogue's are at z = 0; of one that the site file describes heights are, too
             crane = raised(crane, -crane.base_m[2])
         named = machine_called(crane.machine or crane.name)
         possible = catalogue() if named is None else (named,)
         if named is not None and named.sources:
             yield _public(crane, named)
-        if any(is_same(crane, entry) for machine in possible for entry in machine.cranes):
+        entries = [entry for machine in possible for entry in machine.cranes]
+        if any(is_same(crane, entry) or is_same(described, entry) for entry in entries):
             if named is None or not named.sources:
                 yield table.CRANE_GENERIC(crane=crane.name)
             continue

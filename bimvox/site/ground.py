@@ -23,6 +23,7 @@ from bimvox.site.areas import PLAN, hull
 from bimvox.site.component import Component, IntVec
 from bimvox.site.config.site_config import SiteConfig
 from bimvox.site.default_rules import FAR_FROM_GROUND_M, ON_GROUND_M
+from bimvox.site.machine import follows_foot
 from bimvox.site.site import Site
 
 _GROUND_FLOOR = re.compile(
@@ -339,7 +340,8 @@ def cranes_on_ground(
         if given.base_m is None or len(given.base_m) < 3:
             x, y, _ = np.clip(frame.cell_of(crane.base_m), 0, [*(np.array(natural_m.shape) - 1), 0])
             crane = replace(crane, base_m=(*crane.base_m[:2], float(natural_m[x, y])))
-            crane = raised(crane, crane.base_m[2]) if config.moves else crane
+            follows = config.moves or follows_foot(config, given)
+            crane = raised(crane, crane.base_m[2]) if follows else crane
         found.append(crane)
     return tuple(found)
 

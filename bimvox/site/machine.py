@@ -139,10 +139,22 @@ def _in_set_ups(config: SiteConfig, cranes: Sequence[TowerCrane]) -> tuple[Tower
             f"is for a mobile crane, but {cranes[0].name} stays where it is",
             hint="give one place as [crane] base_m, or name a mobile crane",
         )
+    if not follows_foot(config, config.cranes[0]):  # one pivot height is stated for all of them
+        cranes = [raised(crane, crane.base_m[2]) for crane in cranes]
     return tuple(
-        replace(raised(crane, crane.base_m[2]), name=f"{crane.name} at {one.name}", machine=crane.machine or crane.name)
+        replace(crane, name=f"{crane.name} at {one.name}", machine=crane.machine or crane.name)
         for one, crane in zip(config.crane.setup, cranes, strict=True)
     )
+
+
+def follows_foot(config: SiteConfig, given: CraneConfig) -> bool:
+    """Return whether a crane's pivot and counterweight are as high above its foot as its machine says.
+
+    Those of a mobile machine are. A tower crane's, and those of a crane that the site file itself describes, are stated
+    above z = 0.
+    """
+    machine = _machine(config, given)
+    return machine is not None and machine.kind == "mobile"
 
 
 _CLASSES_MIN = ((60_000.0, 30.0, 45.0), (130_000.0, 45.0, 60.0), (float("inf"), 90.0, 120.0))
@@ -246,6 +258,8 @@ def _of_machine(config: SiteConfig, given: CraneConfig, machine: Machine) -> Tow
     if given.base_m is None:
         raise config.error("crane.base_m", "is missing", hint="add the crane's position, or leave [crane] out")
     entry = replace(_configured(config, given, machine), **_of_site(given))
+    if machine.kind == "mobile":
+        entry = raised(entry, entry.base_m[2])
     if given.name is not None and given.name != machine.name:
         entry = replace(entry, name=given.name, machine=machine.name)
     if entry.luffing is not None and given.jib is not None:

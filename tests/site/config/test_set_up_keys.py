@@ -5,7 +5,9 @@ from pathlib import Path
 import pytest
 from moving_sites import PLACES, row, row_file
 
+import bimvox
 from bimvox.errors import ConfigError
+from bimvox.remarks.remarks import remarks_of
 from bimvox.site.config.file import load_site_config
 from bimvox.site.config.template import site_toml
 from bimvox.site.machine import cranes_of, moving_of
@@ -78,3 +80,19 @@ def test_a_crane_on_higher_ground_has_a_higher_pivot(tmp_path: Path) -> None:
     assert high.pivot_height_m - low.pivot_height_m == pytest.approx(1.5)
     assert high.tail_low_m - low.tail_low_m == pytest.approx(1.5)
     assert high.highest_tip_m - low.highest_tip_m == pytest.approx(1.5)
+
+
+def test_a_crane_that_stays_has_its_pivot_as_high_above_its_foot_and_is_still_its_machine(tmp_path: Path) -> None:
+    stays = 'machine = "mobile-60t"\nheading_deg = 0\nbase_m = [4.5, -5.5{}]\n'
+    low, high = (
+        row(tmp_path, places={}, panels=(0.0, 3.0), crane=stays.format(height)).site for height in ("", ", 1.5")
+    )
+    pivots = [site.cranes[0].luffing for site in (low, high)]
+    assert pivots[0] is not None and pivots[1] is not None
+    assert pivots[1].pivot_height_m - pivots[0].pivot_height_m == pytest.approx(1.5)
+    assert pivots[1].tail_low_m - pivots[0].tail_low_m == pytest.approx(1.5)
+    assert high.cranes[0].jib_height_m - low.cranes[0].jib_height_m == pytest.approx(1.5)
+    made = bimvox.plan(bimvox.load_site(tmp_path / "row.site.toml"), policy="none", jobs=1)
+    assert made.verdict is not None and made.verdict.verified
+    kinds = {one.kind for one in remarks_of(made.record.plan, made.motions)}
+    assert not kinds & {"crane_unknown", "crane_altered"}
