@@ -31,7 +31,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-slow test-all test-page test-slim test-fleet sizes check lint types contracts samples bench bench-real-files bench-motion check-log bench-voxelize bench-environment bench-render \
 	bench-planning bench-yard bench-class-rates bench-watch bench-scale bench-studio bench-many-lifts bench-generalist bench-sequence bench-generalist-seeds bench-decision bench-live bench-cold bench-frozen train-generalist soak-watch soak-files \
-	picture sketches site constraints audit advisories wheel release clean
+	picture film sketches site constraints audit advisories wheel release clean
 
 help: ## this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F'\t' '{printf "  make %-14s %s\n", $$1, $$2}'
@@ -201,9 +201,14 @@ soak-files: setup ## every IFC file under DIR ends in a grid or a clear error: m
 picture: setup ## draw the README's picture again
 	mkdir -p $(OUT)
 	$(BIN)/bimvox init sample_models/prefab.ifc -o $(OUT)/prefab.site.toml --force
+	cp $(OUT)/prefab.site.svg docs/images/site.svg
 	$(BIN)/bimvox plan $(OUT)/prefab.site.toml -o $(OUT)/prefab.mcap
 	$(BIN)/bimvox render $(OUT)/prefab.mcap --lift 71 -o docs/images/prefab.png
 	$(BIN)/bimvox render $(OUT)/prefab.mcap --size 480x300 --fps 8 --seconds 12 -o docs/images/assembly.gif
+
+film: picture ## film the page and photograph the studio, with Playwright and a Chromium (BIMVOX_BROWSER): docs/images/*.webp
+	$(BIN)/bimvox render $(OUT)/prefab.mcap -o $(OUT)/prefab.html
+	$(BIN)/python -m benchmarks.page_film $(OUT)/prefab.html docs/images/page.webp --studio $(OUT)/prefab.site.toml docs/images/studio.webp
 
 sketches: setup ## draw the sketches of the docs again: docs/images/sketch-*.svg
 	$(BIN)/python -m docs.sketches

@@ -62,7 +62,7 @@ READ_ON: dict[str, tuple[tuple[str, str], ...]] = {
     "crane": (("importing your crane", "crane-file.md#importing-your-crane"), ("the crane file", "formats/crane.md")),
     "cranes": (("cranes", "cranes.md"), ("the crane file", "formats/crane.md")),
     "optimise": (("choosing a crane", "cranes.md#choosing-a-crane"), ("the site file", "formats/site.md")),
-    "studio": (("tutorial", "tutorial.md"), ("the site file", "formats/site.md")),
+    "studio": (("the studio", "studio.md"), ("the site file", "formats/site.md")),
     "train": (("policies", "generalist.md"), ("their files", "formats.md#policies")),
     "plan": (("tutorial", "tutorial.md"), ("the site file", "formats/site.md"), ("the log", "formats/log.md")),
     "sweep": (("many sites", "scale.md#many-sites-seeds-and-what-ifs"), ("the sweep file", "formats/sweep.md")),

@@ -14,7 +14,7 @@ NAMES = sorted(sketches())
 
 
 def test_the_folder_has_the_sketches_of_the_program():
-    assert sorted(file.name for file in IMAGES.glob("*.svg")) == NAMES
+    assert sorted(file.name for file in IMAGES.glob("sketch-*.svg")) == NAMES
 
 
 @pytest.mark.parametrize("name", NAMES)
