@@ -265,12 +265,7 @@ def _policy(policy: Document) -> str:
         return f"{policy['id']}, brought by the caller"
     if policy["shipped"]:
         return f"{policy['id']}, the network that ships with bimvox"
-    if policy["loaded"]:
-        origin = f"loaded, {policy['steps']:,} steps"
-    elif policy["steps"]:
-        origin = f"trained, {policy['steps']:,} steps"
-    else:
-        origin = "good enough without training"
+    origin = f"{'loaded' if policy['loaded'] else 'trained'}, {policy['steps']:,} steps"
     success = f"{policy['success_rate']:.1%} of {policy['tested']} test lifts" if policy["tested"] else "not tested"
     return f"{policy['id']} ({origin}; {success})"
 
