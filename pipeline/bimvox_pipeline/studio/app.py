@@ -26,6 +26,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from bimvox.errors import BimvoxError, InputError
 from bimvox.files import MOST_BYTES, kept_to, reason_of
 from bimvox.rendering.page.page import POLICY, START, media_type, web_files
+from bimvox_pipeline.studio.documents import REPORTS
 from bimvox_pipeline.studio.folder import Folder
 from bimvox_pipeline.studio.opened import ChangedMeanwhileError
 from bimvox_pipeline.studio.studio import Studio
@@ -66,12 +67,15 @@ def application(studio: Studio, port: int) -> ASGIApp:
         headers = {"Content-Security-Policy": "frame-ancestors 'self'"}
         return Response(made, media_type="text/html; charset=utf-8", headers=headers)
 
-    async def report(request: Request) -> Response:
-        file: Response | Path = await _answered(studio.folder, partial(studio.report_file, request.path_params["name"]))
+    async def document(request: Request) -> Response:
+        found = partial(studio.document_file, request.path_params["name"])
+        file: Response | Path = await _answered(studio.folder, found)
         if isinstance(file, Response):
             return file
-        policy = {} if file.suffix == ".pdf" else {"Content-Security-Policy": _REPORT_POLICY}
-        return FileResponse(file, headers=policy)
+        if file.name.endswith(REPORTS):
+            policy = {} if file.suffix == ".pdf" else {"Content-Security-Policy": _REPORT_POLICY}
+            return FileResponse(file, headers=policy)
+        return FileResponse(file, filename=file.name, media_type="application/octet-stream")
 
     async def upload(request: Request) -> Response:
         asked = request.query_params
@@ -91,7 +95,7 @@ def application(studio: Studio, port: int) -> ASGIApp:
         Route("/", start),
         Route("/web/{name:path}", web),
         Route("/page/{log:path}", page),
-        Route("/report/{name:path}", report),
+        Route("/document/{name:path}", document),
         Route("/api/files", api(lambda _: {"folder": studio.folder.root.name, "files": studio.folder.files()})),
         Route("/api/open", api(studio.open), methods=["POST"]),
         Route("/api/try", api(studio.tried), methods=["POST"]),
@@ -100,7 +104,7 @@ def application(studio: Studio, port: int) -> ASGIApp:
         Route("/api/variant", api(studio.variant), methods=["POST"]),
         Route("/api/state", api(studio.plans.state), methods=["POST"]),
         Route("/api/found", api(studio.plans.found), methods=["POST"]),
-        Route("/api/report", api(studio.report), methods=["POST"]),
+        Route("/api/document", api(studio.document), methods=["POST"]),
         Route("/api/upload", upload, methods=["POST"]),
         Route("/api/plan", api(studio.plan), methods=["POST"]),
         Route("/api/plan/{job}", by_path(lambda ask: studio.job(ask.path_params["job"]))),

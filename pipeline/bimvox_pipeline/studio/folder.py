@@ -11,6 +11,7 @@ from typing import Any
 from bimvox.bim.read import IFC_SUFFIXES, MESH_SUFFIXES
 from bimvox.errors import InputError
 from bimvox.files import default_output, require_input
+from bimvox_pipeline.studio.documents import DOCUMENTS
 from bimvox_pipeline.studio.opened import SITE_SUFFIX
 from bimvox_pipeline.watch.log import segments_on_disk
 
@@ -102,6 +103,7 @@ class Folder:
             name = path.name.lower()
             kind = (
                 "site" if name.endswith(SITE_SUFFIX)
+                else None if name.endswith(DOCUMENTS)
                 else "model" if name.endswith((*IFC_SUFFIXES, *MESH_SUFFIXES))
                 else "log" if name.endswith(".mcap")
                 else None

@@ -36,11 +36,11 @@ class _Job:
     """A process that plans or watches a site.
 
     Args:
-        kind: ``plan``, ``watch`` or ``report``.
+        kind: ``plan``, ``watch`` or ``document``.
         folder: The folder of the studio.
         site: The site file.
-        how: Of a watch: how many times as fast as real time the plan is carried out; empty: it is not. Of a report: the
-            suffix of its file.
+        how: Of a watch: how many times as fast as real time the plan is carried out; empty: it is not. Of a document:
+            its suffix, of :data:`DOCUMENTS`.
     """
 
     def __init__(self, kind: str, folder: Folder, site: Path, how: str = "") -> None:
@@ -190,26 +190,27 @@ class Jobs:
         """
         return self._start("watch", site, "" if speed is None else f"{speed:g}")
 
-    def report(self, site: Path, suffix: str) -> str:
-        """Start a report of the newest plan of a site and return its number; ``suffix``: of its file.
+    def document(self, site: Path, suffix: str) -> str:
+        """Start to make a document of the newest plan of a site and return its number; ``suffix``: of its file.
 
         Raises:
-            InputError: If there is no plan, or this site is being planned, watched or reported.
+            InputError: If there is no plan, or this site is being planned or watched, or a document of it is made.
         """
         if not self._folder.log_of(site).exists():
             raise InputError(f"{site.name} has no plan yet", hint="plan it first")
-        return self._start("report", site, suffix)
+        return self._start("document", site, suffix)
 
     def of(self, site: Path) -> _Job | None:
         """Return the plan or the watch that runs for a site; None if there is none."""
         running = (job for job in list(self._jobs.values()) if job.site == site and job.is_running)
-        return next((job for job in running if job.kind != "report"), None)
+        return next((job for job in running if job.kind != "document"), None)
 
     def _start(self, kind: str, site: Path, how: str = "") -> str:
         with self._lock:
             if any(job.is_running and job.site == site for job in self._jobs.values()):
                 raise InputError(
-                    f"{site.name} is being planned, watched or reported already", hint="wait for it, or end it"
+                    f"{site.name} is being planned or watched, or a document of it is made",
+                    hint="wait for it, or end it",
                 )
             number, self._next = str(self._next), self._next + 1
             self._jobs[number] = _Job(kind, self._folder, site, how)

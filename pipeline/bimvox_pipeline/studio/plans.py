@@ -1,4 +1,4 @@
-"""The plans of a studio: of what each is a plan, and its page, revisions and reports."""
+"""The plans of a studio: of what each is a plan, and its page, revisions and documents."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from bimvox.progress import SilentProgress
 from bimvox.site.config.file import load_site_config, read_site_file
 from bimvox_pipeline.render.revisions import page_of_log
 from bimvox_pipeline.studio.changes import changes_between, state_of_site
+from bimvox_pipeline.studio.documents import DOCUMENTS
 from bimvox_pipeline.studio.folder import Folder
 from bimvox_pipeline.studio.jobs import Jobs
 from bimvox_pipeline.studio.obstacles import file_of
@@ -23,9 +24,6 @@ from bimvox_pipeline.studio.sites import FileState, Kept, Sites, state_of_file
 from bimvox_pipeline.studio.state import Planned, state_of
 from bimvox_pipeline.watch.live import live_logs
 from bimvox_pipeline.watch.log import newest_log, segments_on_disk
-
-REPORTS = (".html", ".pdf")
-"""Suffixes of reports."""
 
 
 class Plans:
@@ -103,7 +101,7 @@ class Plans:
         return changes_between(*(state_of_site(opened.with_setup(one), "") for one in both))
 
     def found(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """Return what the folder holds of a site: the state of its plan, its revisions and reports.
+        """Return what the folder holds of a site: the state of its plan, its revisions and documents.
 
         ``against``: another site file of the same model; what this one differs in is said. ``whole``: also its set-up
         and how it serves the parts.
@@ -116,8 +114,10 @@ class Plans:
             {"revision": number, "page": self.page_of(file), "when": when_written(file)}
             for number, file in segments_on_disk(log).items()
         ]
-        reports = [self._folder.inside(log.with_name(f"{log.stem}.report{suffix}")) for suffix in REPORTS]
-        document["reports"] = [self._report(file, log) for file in reports if file.exists()]
+        made = [self._folder.inside(log.with_name(log.stem + suffix)) for suffix in DOCUMENTS]
+        there = [file for file in made if file.exists()]
+        newest = newest_log(log) if there and log.exists() else None
+        document["documents"] = [self._document(file, newest) for file in there]
         if asked.get("against") is not None:
             other = load_site_config(require_input(self._folder.path(asked["against"], SITE_SUFFIX)))
             document["differs"] = changes_between(*(state_of_site(one, "") for one in (other, given)))
@@ -126,16 +126,15 @@ class Plans:
             document |= {"setup": opened.setup_document, "answer": opened.tried(opened.setup)}
         return document
 
-    def _report(self, file: Path, log: Path) -> dict[str, Any]:
-        """Return a report: where it is, when it was written, and whether it is of the newest plan."""
-        newest = newest_log(log) if log.exists() else None
+    def _document(self, file: Path, newest: Path | None) -> dict[str, Any]:
+        """Return a document: where it is, when it was written, and whether it is of the newest plan."""
         if newest is None:
             is_of_plan = False
         elif file.suffix == ".html":
             is_of_plan = self._sites.hash_of(newest)[:16].encode() in file.read_bytes()
         else:
             is_of_plan = file.stat().st_mtime_ns >= newest.stat().st_mtime_ns
-        address = f"/report/{self._folder.relative(file)}"
+        address = f"/document/{self._folder.relative(file)}"
         return {"name": file.name, "page": address, "when": when_written(file), "is_of_plan": is_of_plan}
 
     def _plan_on_disk(self, log: Path) -> PlanOnDisk | None:

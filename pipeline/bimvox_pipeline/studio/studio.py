@@ -11,11 +11,12 @@ from starlette.responses import Response
 
 from bimvox.errors import InputError
 from bimvox.files import require_input
+from bimvox_pipeline.studio.documents import DOCUMENTS
 from bimvox_pipeline.studio.folder import Folder
 from bimvox_pipeline.studio.jobs import Jobs
 from bimvox_pipeline.studio.obstacles import boxes_of, file_of, write_boxes
 from bimvox_pipeline.studio.opened import SITE_SUFFIX, ChangedMeanwhileError, Opened
-from bimvox_pipeline.studio.plans import REPORTS, Plans
+from bimvox_pipeline.studio.plans import Plans
 from bimvox_pipeline.studio.saving import save, save_variant
 from bimvox_pipeline.studio.setup import read_setup
 from bimvox_pipeline.studio.sites import Sites
@@ -98,7 +99,7 @@ class Studio:
         if job.is_running:
             return {"state": "running", **found}
         if "document" in job.end:
-            page = f"/report/{self.folder.told(job.end['document']['out'])}" if job.kind == "report" else None
+            page = f"/document/{self.folder.told(job.end['document']['out'])}" if job.kind == "document" else None
             return {"state": "done", **found, **self.folder.told(job.end), "page": page or self.plans.page_of(job.log)}
         if job.is_cancelled:
             return {"state": "cancelled", **found}
@@ -143,20 +144,20 @@ class Studio:
         written = write_boxes(site, asked.get("obstructions"), asked.get("sha256"))
         return {"file": self.folder.relative(file_of(site)), **written}
 
-    def report(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """Start a report of the plan of a site, as HTML or PDF."""
-        suffix = asked.get("suffix", REPORTS[0])
-        if suffix not in REPORTS:
-            raise InputError("a report is HTML or PDF", hint=f"suffix is {' or '.join(REPORTS)}")
-        return {"job": self.jobs.report(self.folder.saved_site(asked), suffix)}
+    def document(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Start to make a document of the plan of a site: its report or its schedule."""
+        suffix = asked.get("suffix", DOCUMENTS[0])
+        if suffix not in DOCUMENTS:
+            raise InputError("there is no such document", hint=f"suffix is one of {', '.join(DOCUMENTS)}")
+        return {"job": self.jobs.document(self.folder.saved_site(asked), suffix)}
 
-    def report_file(self, relative: str) -> Path:
-        """Return the file of a report.
+    def document_file(self, relative: str) -> Path:
+        """Return the file of a document.
 
         Raises:
-            InputError: If it is no report of the folder.
+            InputError: If it is no document of the folder.
         """
-        return require_input(self.folder.path(relative, *(f".report{suffix}" for suffix in REPORTS)))
+        return require_input(self.folder.path(relative, *DOCUMENTS))
 
     def upload(self, relative: object, data: IO[bytes], over: str | None) -> dict[str, Any]:
         """Put a file into the folder; see :func:`bimvox_pipeline.studio.uploading.put`."""

@@ -1,9 +1,9 @@
-"""A plan, a watch or a report in a process of its own: ``python -m bimvox_pipeline.studio.work plan|watch|report ...``.
+"""What takes long, in a process of its own: ``python -m bimvox_pipeline.studio.work plan|watch|document ...``.
 
-The further arguments are folder of the studio, site, log, obstruction file and, of a watch, its speed, of a report, the
-suffix of its file. The process reads and writes the files of a user in that folder alone.
+The further arguments are folder of the studio, site, log, obstruction file and, of a watch, its speed, of a document,
+its suffix. The process reads and writes the files of a user in that folder alone.
 
-A line of JSON on stdout for each step: ``{"stage", "done", "of"}``. A plan or a report ends with the ``document`` of
+A line of JSON on stdout for each step: ``{"stage", "done", "of"}``. A plan or a document ends with the ``document`` of
 its command with ``--json``; a watch says each ``event`` of ``bimvox watch --json``, and ``clock`` when the site's clock
 starts. Each may end with an ``error``.
 """
@@ -21,6 +21,7 @@ from typing import Any
 from bimvox.errors import BimvoxError
 from bimvox.files import keep_process_to
 from bimvox.progress import SilentProgress
+from bimvox_pipeline.studio.documents import make
 
 _EVERY_S = 0.1
 
@@ -45,19 +46,15 @@ def say(document: dict[str, Any]) -> None:
 
 
 def main() -> int:
-    """Plan, watch or report a site and say how it goes."""
+    """Plan or watch a site, or make a document of its plan, and say how it goes."""
     kind, folder, *files, how = sys.argv[1:]
     site, log, obstructions = map(Path, files)
     keep_process_to(Path(folder))
     try:
         if kind == "watch":
             _watch(site, log, obstructions, how)
-        elif kind == "report":
-            from bimvox_pipeline.report import report
-            from bimvox_pipeline.watch.log import newest_log
-
-            made = report(newest_log(log), log.with_name(f"{log.stem}.report{how}"), progress=_Lines())
-            say({"document": {key: made[key] for key in ("out", "bytes", "verified")}})
+        elif kind == "document":
+            say({"document": make(log, site, how, _Lines())})
         else:
             from bimvox_pipeline.plan import plan
 

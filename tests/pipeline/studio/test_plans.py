@@ -202,7 +202,7 @@ def test_a_plan_of_exactly_these_files_is_known_without_reading_the_model(
     assert answer.status_code == 200, answer.text
     found = answer.json()
     assert (found["state"], found["counts"]["planned"], found["name"]) == ("current", 8, "frame")
-    assert (found["revisions"], found["reports"]) == ([], [])
+    assert (found["revisions"], found["documents"]) == ([], [])
 
 
 def test_a_variant_takes_the_obstructions_along_and_says_what_it_differs_in(page: Page) -> None:
@@ -231,21 +231,36 @@ def test_a_variant_that_is_there_already_is_not_written_again(page: Page) -> Non
 
 
 def test_a_report_says_of_which_plan_it_is_and_runs_nothing(page: Page) -> None:
-    job = page.send("/api/report", path=SITE)["job"]
+    job = page.send("/api/document", path=SITE)["job"]
     while (now := _get(page, f"/api/plan/{job}").json())["state"] == "running":
-        assert page.state()["state"] == "current", "a report is no plan"
-    assert (now["state"], now["page"]) == ("done", "/report/frame.report.html")
-    (report,) = page.send("/api/found", path=SITE)["reports"]
+        assert page.state()["state"] == "current", "a document is no plan"
+    assert (now["state"], now["page"]) == ("done", "/document/frame.report.html")
+    (report,) = page.send("/api/found", path=SITE)["documents"]
     assert (report["name"], report["is_of_plan"]) == ("frame.report.html", True)
-    shown = page.client.get(f"/report/frame.report.html?token={TOKEN}")
+    shown = page.client.get(f"/document/frame.report.html?token={TOKEN}")
     assert shown.status_code == 200
     assert shown.headers["content-security-policy"].startswith("sandbox; default-src 'none'")
-    assert page.client.get("/report/frame.report.html").status_code == 403
-    assert page.client.get(f"/report/frame.site.toml?token={TOKEN}").status_code == 400
+    assert page.client.get("/document/frame.report.html").status_code == 403
+    assert page.client.get(f"/document/frame.site.toml?token={TOKEN}").status_code == 400
     (page.folder / "frame.report.html").write_text("of an earlier plan")
-    assert not page.send("/api/found", path=SITE)["reports"][0]["is_of_plan"]
-    refused = page.client.post("/api/report", json={"path": SITE, "suffix": ".exe"}, headers={"X-Bimvox-Token": TOKEN})
+    assert not page.send("/api/found", path=SITE)["documents"][0]["is_of_plan"]
+    asked = {"path": SITE, "suffix": ".exe"}
+    refused = page.client.post("/api/document", json=asked, headers={"X-Bimvox-Token": TOKEN})
     assert refused.status_code == 400
+
+
+@pytest.mark.parametrize("suffix", [".project.xml", ".4d.ifc"])
+def test_a_schedule_is_made_and_downloaded(page: Page, suffix: str) -> None:
+    job = page.send("/api/document", path=SITE, suffix=suffix)["job"]
+    while (now := _get(page, f"/api/plan/{job}").json())["state"] == "running":
+        pass
+    assert (now["state"], now["page"]) == ("done", f"/document/frame{suffix}"), now
+    (made,) = page.send("/api/found", path=SITE)["documents"]
+    assert (made["name"], made["is_of_plan"]) == (f"frame{suffix}", True)
+    got = page.client.get(f"{made['page']}?token={TOKEN}")
+    assert got.content == (page.folder / f"frame{suffix}").read_bytes()
+    assert got.headers["content-disposition"].startswith("attachment")
+    assert {one["path"] for one in _files(page) if one["kind"] == "model"} == {"frame.ifc"}, "a schedule is no model"
 
 
 @pytest.mark.slow

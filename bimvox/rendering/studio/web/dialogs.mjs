@@ -87,7 +87,7 @@ export function askWatch(last) {
 
 /**
  * Show the files of the folder; returns the chosen one, null if the person closed the list. A site file says the state of its plan,
- * what it differs in from the first one of its model, its revisions and reports. `look`: (asked) => promise of what the folder
+ * what it differs in from the first one of its model, its revisions and documents. `look`: (asked) => promise of what the folder
  * holds of a site; `add`: lets the person add files.
  */
 export function askFile(folder, files, kinds, title, look, add) {
@@ -125,9 +125,9 @@ async function describe(dialog, sites, look) {
 }
 
 /** What the folder holds of a site, in lines. */
-export function heldWords({ title, when, counts, changes = [], differs, revisions = [], reports = [] }, base) {
+export function heldWords({ title, when, counts, changes = [], differs, revisions = [], documents = [] }, base) {
   const plan = [title, when, counts?.words].filter(Boolean).join(" · ");
-  const also = [revisions.length > 1 ? counted(revisions.length, "revision") : "", ...reports.map(({ name, is_of_plan: isOfPlan }) => (isOfPlan ? name : `${name} of an earlier plan`))];
+  const also = [revisions.length > 1 ? counted(revisions.length, "revision") : "", ...documents.map(({ name, is_of_plan: isOfPlan }) => (isOfPlan ? name : `${name} of an earlier plan`))];
   return [plan, changes.length ? `Changed since: ${changes.join(", ")}` : "", differs ? `Differs from ${base} in: ${differs.join(", ") || "nothing"}` : "", also.filter(Boolean).join(" · ")].filter(Boolean);
 }
 

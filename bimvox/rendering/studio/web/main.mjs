@@ -507,10 +507,10 @@ class App {
     }
   }
 
-  /** Make a report of the newest plan: suffix ".html" or ".pdf". */
-  async report(suffix) {
+  /** Make a document of the newest plan: its suffix is ".report.html", ".report.pdf", ".project.xml" or ".4d.ifc". */
+  async make(suffix) {
     try {
-      await this.planning.run("/api/report", { path: this.opened.path, suffix }, "The report");
+      await this.planning.run("/api/document", { path: this.opened.path, suffix }, "The document");
     } catch (error) {
       this.fail(error);
     }

@@ -24,7 +24,7 @@ export class Planning {
   /** Start a job and follow it. `words`: what it does. */
   async run(address, asked, words) {
     const { job } = await call("POST", address, asked);
-    Object.assign(this, { job, words, isReport: address === "/api/report" });
+    Object.assign(this, { job, words, isDocument: address === "/api/document" });
     this.stage = el("span", { id: "stage", role: "status" }, `${words} starts`);
     this.meter = el("progress", { "aria-label": "Progress of this stage" });
     this.cancel = el("button", { type: "button", onclick: () => this.stop() }, "Cancel");
@@ -76,9 +76,9 @@ export class Planning {
     this.bar.hidden = true;
     app.render();
     app.state.look();
-    if (now.state === "done" && this.isReport) {
+    if (now.state === "done" && this.isDocument) {
       await app.kept.look();
-      app.announce(`The report of ${path} is ready.`);
+      app.announce(`The document of ${path} is ready.`);
     } else if (now.state === "done") {
       // The result of what is open is shown at once, that of another variant on request.
       if (path !== app.opened?.path) await app.table.update(path);

@@ -2,7 +2,7 @@
 import { byId, el, fill } from "../page/dom.mjs";
 import { counted, fixed, percent, whole } from "../page/words.mjs";
 import { call } from "./api.mjs";
-import { reportLink } from "./kept.mjs";
+import { documentLink } from "./kept.mjs";
 import { figuresOf } from "./state.mjs";
 
 const MOST = 12;
@@ -32,7 +32,7 @@ const ROWS = [
   ["Lifts refused", ({ counts }) => (counts ? whole(counts.refused) : "–")],
   ["Replanned, done", ({ counts }) => (counts ? `${whole(counts.replanned)}, ${whole(counts.done)}` : "–")],
   ["Revisions", ({ revisions }) => (revisions?.length ? whole(revisions.length) : "–")],
-  ["Reports", ({ reports }) => (reports?.length ? reports.map(reportLink) : "–")],
+  ["Documents", ({ documents }) => (documents?.length ? documents.map(documentLink) : "–")],
 ];
 
 export class Variants {
@@ -79,8 +79,8 @@ export class Variants {
     if (!app.opened || this.pane.hidden) return;
     const focused = this.pane.contains(document.activeElement) && document.activeElement.dataset.key;
     const { title, when, counts } = app.state.now;
-    const { revisions, reports } = app.kept.found ?? {};
-    const now = { path: app.opened.path, name: `${app.opened.name}${app.history.isChanged ? ", unsaved" : ""}`, setup: app.setup, answer: app.answer, plan: app.state.plan, title, when, counts, revisions, reports, current: true };
+    const { revisions, documents } = app.kept.found ?? {};
+    const now = { path: app.opened.path, name: `${app.opened.name}${app.history.isChanged ? ", unsaved" : ""}`, setup: app.setup, answer: app.answer, plan: app.state.plan, title, when, counts, revisions, documents, current: true };
     const all = [now, ...this.all];
     const head = all.map(({ name, path, current }) => el("th", { scope: "col", class: current ? "current" : null }, el("span", {}, name), el("small", {}, current ? `${path}, shown here` : path)));
     const cell = (words) => (words instanceof Element ? words : el("span", {}, words));
