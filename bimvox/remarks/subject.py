@@ -68,7 +68,8 @@ class Subject:
     def stands(self) -> Iterator[tuple[int, Subject]]:
         """Yield every crane by its index with what is there while it stands: all, or of one that moves by its set-up.
 
-        Of a set-up: what is in place when the crane leaves it, and what lies in the yard for its lifts.
+        Of a set-up: what is in place after its last lift, and what lies in the yard for its lifts. What is cast later,
+        before the next set-up, waits until the crane has left if it would be where that stands.
         """
         if self.site.moving is None or not self.motions:
             yield from ((number, self) for number in range(len(self.site.cranes)))
@@ -82,11 +83,12 @@ class Subject:
             if stay.crane in seen:
                 continue
             seen.add(stay.crane)
-            end = begins[n + 1] if n + 1 < len(stays) else None
+            end = begins[n + 1] if n + 1 < len(stays) else np.inf
+            last = max(motion.order for motion in self.motions if begins[n] <= motion.order < end)
             until = [
                 lift if lift.order >= begins[n] else replace(lift, place=None)
                 for lift in (*self.plan.lifts, *self.context)
-                if end is None or lift.order < end
+                if lift.order <= last
             ]
             own = tuple(b for b in self.site.blockers if self.site.stands_in(b, stay.crane))
             plan = replace(self.plan, lifts=tuple(until), site=replace(self.site, blockers=own))

@@ -132,6 +132,22 @@ def test_a_place_on_the_building_is_a_serious_remark_with_its_load(tmp_path: Pat
     assert "stands on slab" in said.text and "kN on one outrigger" in said.text
 
 
+def test_what_is_cast_where_the_crane_stood_is_not_in_its_way(tmp_path: Path) -> None:
+    file = row_file(tmp_path)
+    wall = box("wall", (0, -6, 0), (9, -5, 1.2), 48)
+    (tmp_path / "row.obj").write_text((tmp_path / "row.obj").read_text() + wall)
+    kinds = '{ select = "wall", kind = "concrete", means = "in_situ" }'
+    text = file.read_text().replace('kind = "precast" }]', f'kind = "precast" }}, {kinds}]')
+    file.write_text(text + '[[component]]\nglobal_id = "wall"\nbefore = ["panel-4", "panel-5", "panel-6"]\n')
+    made = bimvox.plan(bimvox.load_site(file), policy="none", jobs=1)
+    assert made.verdict is not None and made.verdict.verified
+    (cast,) = (one.order for one in made.record.plan.lifts if made.site.components[one.component].name == "wall")
+    west, east = ([one.order for one in made.motions if one.crane == number] for number in (0, 1))
+    assert max(west) < cast < min(east)
+    said = [one.text for one in remarks_of(made.record.plan, made.motions) if one.kind in ("crane_foot", "crane_tail")]
+    assert not [text for text in said if "west" in text], said
+
+
 def test_the_studio_shows_each_set_up_and_saves_places_and_booms(tmp_path: Path) -> None:
     file = row_file(tmp_path, more="[crane.moving]\nrig_min = 90 # measured\n")
     opened = open_site(file)
