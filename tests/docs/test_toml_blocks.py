@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
+import tomlkit
 from bimvox_pipeline.schema import schema
-from doc_commands import DOCUMENTS, blocks, name_of
+from doc_commands import DOCUMENTS, ROOT, blocks, name_of
+
+import bimvox
 
 FORMATS = ("site", "crane", "sweep")
 BLOCKS = [
@@ -16,6 +20,11 @@ BLOCKS = [
     for file in DOCUMENTS
     for n, block in enumerate(blocks(name_of(file), "toml"))
 ]
+
+
+def _keys_of_cranes(block: str) -> set[str]:
+    cranes = tomllib.loads(block).get("crane", [])
+    return {key for crane in (cranes if isinstance(cranes, list) else [cranes]) for key in crane}
 
 
 def unknown_keys(value: Any, rule: dict[str, Any], definitions: dict[str, Any], at: str = "") -> Iterator[str]:
@@ -60,3 +69,21 @@ def test_a_key_that_no_schema_has_is_found():
     assert isinstance(document, dict)
     found = {"rules": {"clearance": 1.0}, "crane": [{"name": "north", "basis_m": [0, 0]}]}
     assert list(unknown_keys(found, document, document["$defs"])) == ["rules.clearance", "crane.basis_m"]
+
+
+CRANES = [block for block in BLOCKS if {"base_m", "setup"} & _keys_of_cranes(str(block.values[0]))]
+
+
+@pytest.fixture(scope="module")
+def frame() -> dict[str, Any]:
+    """The site that is guessed for the sample frame, as a document."""
+    building = bimvox.read(ROOT / "sample_models" / "frame.ifc")
+    return tomllib.loads(bimvox.guess_site(building).to_toml())
+
+
+@pytest.mark.parametrize("block", CRANES)
+def test_cranes_of_the_docs_stand_on_a_site(block: str, frame: dict[str, Any], tmp_path: Path):
+    frame["model"]["path"] = str(ROOT / "sample_models" / "frame.ifc")
+    site = tmp_path / "frame.site.toml"
+    site.write_text(tomlkit.dumps({**frame, "crane": tomllib.loads(block)["crane"]}), "utf-8")
+    assert bimvox.load_site(site)
