@@ -84,6 +84,8 @@ def hung_load_of(log: PlanLog, orders: Sequence[int]) -> HungLoad:
     if motion is None:
         raise InputError(f"lift {orders[0] + 1} has no motion", hint="bimvox plan says why it is not planned")
     part = site.components[motion.component]
+    if motion.second is not None:
+        raise InputError(f"two cranes carry {part.label}, and this format has one", hint="choose another lift")
     crane = crane_for(site, site.cranes[motion.crane], part)
     block_kg, load_kg = masses_on_rope_kg(crane, part)
     low_m, high_m = part.mesh.bounds_m

@@ -82,6 +82,7 @@ class LiftTask:
         crew: The people who do it; None if nobody says how many they are.
         is_begun: Whether it has begun.
         is_ended: Whether it has ended.
+        second_crane: The other crane of a part that two carry.
     """
 
     number: int
@@ -100,6 +101,7 @@ class LiftTask:
     crew: Crew | None = None
     is_begun: bool = False
     is_ended: bool = False
+    second_crane: int | None = None
 
     @property
     def key(self) -> str:
@@ -108,8 +110,8 @@ class LiftTask:
 
     @property
     def cranes(self) -> tuple[int, ...]:
-        """Its crane, as one of several."""
-        return () if self.crane is None else (self.crane,)
+        """Its crane or cranes."""
+        return tuple(one for one in (self.crane, self.second_crane) if one is not None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,6 +243,7 @@ def schedule_of(
                 f"{component.mass_kg:.0f} kg{_delivery(lift)}",
                 *_span_s(track, motions.get(lift.order), steps, dates),
                 _crane_of(site, component),
+                second_crane=None if component.tandem is None else component.tandem.second,
                 waits_for=tuple(sorted(carries.get(paused.get(lift.order, -1), ()))),
                 storey=component.storey,
                 kind=kind_of(component).value,

@@ -21,12 +21,15 @@ import bimvox
 from bimvox.crane.kinematics import axes_of_joints, hook_of, joint_names
 from bimvox.errors import InputError
 from bimvox.exporters.csv_json import to_csv
+from bimvox.exporters.hung_load import hung_load_of
+from bimvox.exporters.lift_schedule import DEFAULT_BEGIN, schedule_of
 from bimvox.library.arguments import PolicyWish
 from bimvox.log.mcap.reader import read_contents
 from bimvox.log.reader import read_log
 from bimvox.log.recorder import write_log
 from bimvox.log.schema import JOINTS, of_crane
 from bimvox.progress import SilentProgress
+from bimvox.rendering.report.risks import with_categories
 
 SITE = """
 name = "girder"
@@ -214,6 +217,24 @@ def test_samples_name_both_cranes(made: tuple[Path, dict[str, Any]]) -> None:
     text = to_csv(read_log(folder / "girder.mcap"))
     rows = [line for line in text.splitlines() if ",girder," in line]
     assert {line.rsplit(",", 1)[1] for line in rows} == {"west", "east"}
+
+
+def test_a_task_has_both_cranes_and_one_robot_is_refused(made: tuple[Path, dict[str, Any]]) -> None:
+    folder, _ = made
+    log = read_log(folder / "girder.mcap")
+    order = next(lift.order for lift in log.plan.lifts if lift.tandem is not None)
+    made_of = schedule_of(log, DEFAULT_BEGIN, [lift.order for lift in log.plan.lifts])
+    tasks = {task.component: task.cranes for task in made_of.tasks}
+    assert tasks == {"block1": (0,), "block2": (1,), "girder": (0, 1), "top": (1,)}
+    with pytest.raises(InputError, match="two cranes carry girder, and this format has one"):
+        hung_load_of(log, [order])
+
+
+def test_its_category_is_complex() -> None:
+    about = {"status": "planned", "critical": False, "stored": "as_built", "mass_source": "quantity", "number": 3}
+    remark = {"component": "girder", "kind": "two_cranes", "severity": "minor"}
+    (lift,) = with_categories([about | {"id": "girder"}], [remark], [], [])
+    assert (lift["category"], lift["category_why"]) == ("complex", ["carried by two cranes"])
 
 
 def test_the_report_says_who_carries_it(made: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:

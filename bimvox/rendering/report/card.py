@@ -66,7 +66,7 @@ def _card(revision: Revision, record: dict[str, Any], lift: dict[str, Any]) -> s
         + terms(_terms(record, lift, part))
         + _remarks(record, lift)
         + _ticks(record, lift, part)
-        + _signatures(record),
+        + _signatures(record, lift),
         "card",
         data_order=str(lift["order"]),
     )
@@ -258,6 +258,7 @@ def _ticks(record: dict[str, Any], lift: dict[str, Any], part: Component) -> str
     return tag("ul", items, "ticklist")
 
 
-def _signatures(record: dict[str, Any]) -> str:
+def _signatures(record: dict[str, Any], lift: dict[str, Any]) -> str:
     people = [row([_ROLES[key], escape(record["project"][key] or ""), "", ""]) for key in _SIGNED]
+    people += [row(["Operator of the second crane", "", "", ""])] * (lift.get("tandem") is not None)
     return table(("Role", "Name", "Signature", "Date, time"), people, class_="words signed")

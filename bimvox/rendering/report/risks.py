@@ -35,6 +35,7 @@ def _of_kind(kind: str) -> Callable[[_Lift, frozenset[str]], bool]:
 _RULES = (
     _Rule(COMPLEX, "critical by its utilisation", lambda lift, _: bool(lift["critical"])),
     _Rule(COMPLEX, "guided: tilted and held aside", _of_kind("guided")),
+    _Rule(COMPLEX, "carried by two cranes", _of_kind("two_cranes")),
     _Rule(COMPLEX, "a serious remark", _of_kind(Severity.SERIOUS.value)),
     _Rule(COMPLEX, "out of the operator's sight", _of_kind("blind")),
     _Rule(INTERMEDIATE, "upended", lambda lift, _: lift["stored"] not in (None, "as_built")),
