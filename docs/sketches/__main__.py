@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from docs.sketches import cranes, loads, plan, room
+from docs.sketches import cranes, files, loads, plan, room
 
 SKETCHES = (
     room.clearances, room.gives_way, room.swing, room.zones,
     loads.slings, loads.turning_over, loads.tandem, loads.props,
     cranes.chart, cranes.two_cranes, cranes.set_ups,
+    files.obstructions, files.days, files.exports, files.ground, files.sectors,
     plan.ways, plan.order, plan.two_clocks, plan.verified, plan.watching,
 )  # fmt: skip
 IMAGES = Path(__file__).parents[1] / "images"
