@@ -193,7 +193,7 @@ class Logged:
                 ("On the hook", f"{tonnes(use['load_kg'])} with rigging and hook block"),
                 ("Gross capacity", f"{tonnes(use['kg'])} at {metres(use['radius_m'])}"),
                 ("Permitted wind", f"up to {fixed(wind, 1)} m/s"),
-                ("Governing sample", clock(use["time_s"])),
+                ("Governing sample", f"{span(use['time_s'] - lift['start_s'])} after it begins"),
                 ("Begins", when(lift, "begins", "start_s")),
                 ("Whole lift", span(lift["duration_s"])),
                 ("Heading", lift["heading"] or ""),

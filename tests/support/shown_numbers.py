@@ -203,7 +203,9 @@ def _remarks(seen: Seen, logged: Logged, found: Differences) -> None:
 
 
 def _time(seen: Seen, logged: Logged, found: Differences) -> None:
-    found.same("timeline, end", seen.text("#total"), f"/ {clock(logged.ends_s)}")
+    last = max(logged.planned, key=lambda lift: float(lift["start_s"] + lift["duration_s"]))
+    ends = date(last["ends"]) if last["ends"] else last["ends_in_words"] or clock(logged.ends_s)
+    found.same("timeline, end", seen.text("#total"), f"/ {ends}")
     for lift in logged.planned:
         middle = lift["start_s"] + lift["duration_s"] / 2
         if sum(one["start_s"] <= middle < one["start_s"] + one["duration_s"] for one in logged.planned) > 1:
@@ -216,8 +218,8 @@ def _time(seen: Seen, logged: Logged, found: Differences) -> None:
             seen.text("#now strong"),
             f"Lift {lift['number']} of {len(logged.lifts)}: {lift['name'] or lift['global_id']}",
         )
-        found.same(where, seen.text("#clock"), clock(at[0]))
         words = seen.text("#now span").split(" · ")
+        found.same(where, seen.text("#clock"), words[0] if lift["begins_in_words"] else clock(at[0]))
         if lift["begins"]:
             since = timedelta(seconds=at[0] - lift["start_s"])
             found.same(f"{where}, date", words[0], date((datetime.fromisoformat(lift["begins"]) + since).isoformat()))

@@ -102,13 +102,19 @@ def test_every_lift_is_in_the_list_with_the_numbers_of_the_log(seen):
         assert "✓ Proven" in seen.text("#panel-part")
 
 
+def second(seen):
+    """The second of the log that the page shows; its words have minutes."""
+    return round(seen.page.evaluate("() => window.page.time"))
+
+
 def test_sliding_shows_that_time_and_playing_continues(seen):
     log = tiny_log()
     first, last = log.motions
     track = tracks_of(log)[1]
     seen.seek(track.lifted_ns / 1e9 + 5)
-    assert seen.text("#clock") == clock(track.lifted_ns / 1e9 + 5)
+    assert second(seen) == round(track.lifted_ns / 1e9 + 5)
     assert "Lift 3 of 3: Beam" in seen.text("#now")
+    assert seen.text("#clock").startswith("day 1 0"), "in the same words as everywhere"
     assert seen.page.get_attribute("#time", "aria-valuetext").endswith("lift 3 of 3")
     assert seen.text("#live") == "Lift 3 of 3: Beam"
     before = seen.picture()
@@ -124,10 +130,10 @@ def test_sliding_shows_that_time_and_playing_continues(seen):
     assert seen.shows_other(before, by=50)
     assert seen.text("#clock") == stopped
     seen.page.click("#next")
-    assert seen.text("#clock") == clock(last.end_ns / 1e9)
+    assert second(seen) == round(last.end_ns / 1e9)
     seen.page.click("#previous")
     seen.page.click("#previous")
-    assert seen.text("#clock") == clock(first.start_ns / 1e9)
+    assert second(seen) == round(first.start_ns / 1e9)
 
 
 def test_the_load_is_drawn_where_the_log_has_it(seen):
@@ -208,11 +214,11 @@ def test_keys(seen):
     press = seen.page.keyboard.press
     log = tiny_log()
     press("ArrowRight")
-    assert seen.text("#clock") == clock(log.motions[1].start_ns / 1e9)
+    assert second(seen) == round(log.motions[1].start_ns / 1e9)
     press("ArrowLeft")
-    assert seen.text("#clock") == "0:00:00"
+    assert second(seen) == 0
     press("Shift+ArrowRight")
-    assert seen.text("#clock") == "0:00:10"
+    assert second(seen) == 10
     press("ArrowUp")
     assert seen.page.input_value("#speed") == "100"
     press("1")
@@ -232,7 +238,7 @@ def test_keys(seen):
     press("Escape")
     assert not seen.page.is_visible("#help")
     press("End")
-    assert seen.text("#clock") == clock(log.motions[-1].end_ns / 1e9)
+    assert second(seen) == round(log.motions[-1].end_ns / 1e9)
     press(" ")
     seen.wait("Number(document.getElementById('time').value) > 0")
     press(" ")
@@ -311,7 +317,7 @@ def test_the_remarks_are_listed_and_lead_to_their_lifts(browser, tmp_path):
     seen.page.keyboard.press("Enter")
     motion = log.motions[1]
     assert seen.page.evaluate("() => window.page.chosen") == 2
-    assert seen.text("#clock") == clock(motion.start_ns / 1e9)
+    assert second(seen) == round(motion.start_ns / 1e9)
     assert seen.page.get_attribute("#list tr.chosen", "data-part") == "2"
     assert seen.page.is_visible("#panel-remarks")  # the list stays
     assert seen.page.locator("#panel-remarks [aria-current]").count() == 8
@@ -319,7 +325,7 @@ def test_the_remarks_are_listed_and_lead_to_their_lifts(browser, tmp_path):
     # An infeasible part has no lift to go to; what is about the whole plan is only text.
     seen.page.click("#panel-remarks >> text=a hand carries it")
     assert seen.page.evaluate("() => window.page.chosen") == 1
-    assert seen.text("#clock") == clock(motion.start_ns / 1e9)
+    assert second(seen) == round(motion.start_ns / 1e9)
     assert seen.page.locator("#panel-remarks .kind.minor button").count() == 1
     assert "no wind is considered" in seen.text("#panel-remarks")
     seen.page.click("#tab-part")

@@ -167,7 +167,7 @@ export class Details {
           ["On the hook", `${tonnes(use.load_kg)} with rigging and hook block`],
           ["Gross capacity", `${tonnes(use.capacity_kg)} at ${metres(use.radius_m)}`],
           ["Permitted wind", lift.lifting?.permitted_wind_m_s ? `up to ${fixed(lift.lifting.permitted_wind_m_s, 1)} m/s` : null],
-          ["Governing sample", el("button", { type: "button", onclick: () => app.seek(use.time_s), title: "Go there" }, clock(use.time_s))],
+          ["Governing sample", el("button", { type: "button", onclick: () => app.seek(use.time_s), title: "Go there" }, `${span(use.time_s - lift.begins_s)} after it begins`)],
         ]),
       );
     }

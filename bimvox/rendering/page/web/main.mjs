@@ -26,7 +26,7 @@ import { Section } from "./section.mjs";
 import { Measure } from "./measure.mjs";
 import { Timeline, nowWords } from "./timeline.mjs";
 import { Visibility } from "./visibility.mjs";
-import { PHASES, clock, metres, tonnes } from "./words.mjs";
+import { PHASES, metres, tonnes } from "./words.mjs";
 
 const MOST_PIXELS = 2;
 const FOLLOW_M = 28;
@@ -195,7 +195,7 @@ class App {
       return;
     }
     const phase = words.phase ? (PHASES[words.phase] ?? words.phase) : "";
-    fill(byId("now"), el("strong", {}, words.title), el("span", {}, [this.plan.dateAt(this.time) ?? clock(this.time), phase].filter(Boolean).join(" · ")));
+    fill(byId("now"), el("strong", {}, words.title), el("span", {}, [this.plan.timeAt(this.time), phase].filter(Boolean).join(" · ")));
     const held = this.document.crane && this.scene?.hook;
     if (held) byId("now").title = `hook at ${held.map(metres).join(", ")}`;
   }

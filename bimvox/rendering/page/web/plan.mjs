@@ -1,5 +1,5 @@
 // One revision of the plan: times of the lifts, states of the parts, and lists of lifts.
-import { classWords, counted, localDate, metres, nameOf, percent, span } from "./words.mjs";
+import { classWords, clock, counted, localDate, metres, nameOf, percent, span } from "./words.mjs";
 
 export const [AWAY, UNBUILT, IN_TRANSIT, ARRIVED, ASSEMBLED] = [0, 1, 2, 3, 4];
 
@@ -63,6 +63,11 @@ export class Plan {
     if (!blocks.length) return null;
     const [begins, ends, at] = blocks[Math.max(0, blocks.findLastIndex(([start]) => start <= time))];
     return this.local(at + Math.min(Math.max(time, begins), ends) - begins);
+  }
+
+  /** The same; of an extract, or of a plan without dates, on the clock of the log. */
+  timeAt(time) {
+    return this.dateAt(time) ?? clock(time);
   }
 
   motionOf(lift) {

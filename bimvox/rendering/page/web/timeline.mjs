@@ -27,16 +27,17 @@ export class Timeline {
     this.slider.max = plan.ends;
     this.slider.disabled = !plan.timed.length;
     byId("play").disabled = !plan.timed.length;
-    byId("total").textContent = `/ ${clock(plan.ends)}`;
+    byId("total").textContent = `/ ${plan.timeAt(plan.ends)}`;
     this.drawTicks();
   }
 
   update() {
     const { app } = this;
     this.slider.value = app.time;
-    const said = app.lift ? `${clock(app.time)}, lift ${app.lift.number} of ${app.plan.lifts.length}` : clock(app.time);
+    const at = app.plan.timeAt(app.time);
+    const said = app.lift ? `${at}, lift ${app.lift.number} of ${app.plan.lifts.length}` : at;
     if (this.slider.getAttribute("aria-valuetext") !== said) this.slider.setAttribute("aria-valuetext", said);
-    byId("clock").textContent = clock(app.time);
+    byId("clock").textContent = at;
     const play = byId("play");
     play.classList.toggle("playing", app.playing);
     play.setAttribute("aria-label", app.playing ? "Pause" : "Play");
