@@ -91,9 +91,9 @@ def _summary(source: PageSource) -> str:
 
 MODULES = (
     "inflate", "container", "maths", "words", "motion", "plan", "groups", "visibility", "colours", "gl", "shaders",
-    "batches", "slab", "camera", "cranes", "overlays", "scene", "seat", "dom", "roving", "labels", "list", "remarks", "details",
-    "timeline", "gantt", "section", "measure", "panes", "link", "layers", "header", "pointer", "keyboard", "live",
-    "main",
+    "batches", "slab", "camera", "cranes", "overlays", "scene", "seat", "dom", "roving", "labels", "list", "remarks",
+    "details", "timeline", "gantt", "section", "measure", "panes", "link", "layers", "header", "pointer", "keyboard",
+    "live", "main",
 )  # fmt: skip
 """The modules, each after the ones that it imports."""
 
