@@ -206,9 +206,10 @@ picture: setup ## draw the README's picture again
 	$(BIN)/bimvox render $(OUT)/prefab.mcap --lift 71 -o docs/images/prefab.png
 	$(BIN)/bimvox render $(OUT)/prefab.mcap --size 480x300 --fps 8 --seconds 12 -o docs/images/assembly.gif
 
-film: picture ## film the page and photograph the studio, with Playwright and a Chromium (BIMVOX_BROWSER): docs/images/*.webp
+film: picture ## film the page, photograph studio and report, with Playwright and a Chromium (BIMVOX_BROWSER): docs/images/*.webp
 	$(BIN)/bimvox render $(OUT)/prefab.mcap -o $(OUT)/prefab.html
-	$(BIN)/python -m benchmarks.page_film $(OUT)/prefab.html docs/images/page.webp --studio $(OUT)/prefab.site.toml docs/images/studio.webp
+	$(BIN)/bimvox report $(OUT)/prefab.mcap -o $(OUT)/prefab.report.html
+	$(BIN)/python -m benchmarks.page_film $(OUT)/prefab.html docs/images/page.webp --report $(OUT)/prefab.report.html docs/images/report.webp --studio $(OUT)/prefab.site.toml docs/images/studio.webp
 
 sketches: setup ## draw the sketches of the docs again: docs/images/sketch-*.svg
 	$(BIN)/python -m docs.sketches

@@ -1,4 +1,4 @@
-"""A film of the interactive page, and a picture of the studio, for the docs: the sample in a real, headless browser.
+"""A film of the page, and pictures of studio and report, for the docs: the sample in a real, headless browser.
 
 ``make film``: plans and proves the sample, renders its page, and photographs it at even times. It needs Playwright and
 a Chromium, whose path ``BIMVOX_BROWSER`` may give. The frames become one animated WebP.
@@ -79,13 +79,18 @@ def _picture(page: Any) -> Image.Image:
 
 
 def main() -> None:
-    """Write the film, and the picture."""
+    """Write the film, and the pictures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("html", type=Path)
     parser.add_argument("out", type=Path)
     parser.add_argument("--frames", type=int, default=40)
     parser.add_argument("--studio", type=Path, nargs=2, metavar=("SITE", "PICTURE"), help="photograph the studio, too")
+    parser.add_argument("--report", type=Path, nargs=2, metavar=("HTML", "PICTURE"), help="photograph a report, too")
     given = parser.parse_args()
+    if given.report:
+        report, picture = given.report
+        with browsed(report.resolve().as_uri()) as page:
+            _picture(page).save(picture, quality=80, method=6)
     if given.studio:
         site, picture = given.studio
         of_the_studio(site).save(picture, quality=80, method=6)

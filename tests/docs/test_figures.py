@@ -395,6 +395,7 @@ DRAWN_BY = {
     "assembly.gif": "make picture`",
     "page.webp": "make film`",
     "studio.webp": "make film`",
+    "report.webp": "make film`",
     "site.svg": "make picture`",
     "prefab.png": "make picture`",
     "paper-curves.png": "bimvox experiment paper",
