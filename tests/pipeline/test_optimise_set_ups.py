@@ -10,11 +10,13 @@ import pytest
 from bimvox_pipeline import optimise as command
 from bimvox_pipeline.fleet.schedule import Execution
 from bimvox_pipeline.optimise import optimise
+from bimvox_pipeline.studio.opened import open_site
 from fleet_work import carry_out_in_process
 from moving_sites import row_file
 from rough_search import time_few_lifts
 
 import bimvox
+from bimvox.library.set_up_search.search import Search
 from bimvox.library.set_up_search.set_up import Effort
 from bimvox.progress import SilentProgress
 from bimvox.site.catalogue import machines_called
@@ -105,3 +107,10 @@ def test_the_library_finds_the_same(made: tuple[Path, dict[str, Any]], monkeypat
     assert best.site.config.areas.yard == tuple(
         tuple(tuple(corner) for corner in one["yard"]) for one in told["set_ups"]
     )
+
+
+def test_a_set_up_where_parts_will_stand_does_not_stop_the_search(tmp_path: Path) -> None:
+    site = open_site(row_file(tmp_path, places={"on it": (4.5, 0.1), "east": (34.5, -5.5)}))
+    search = Search(site, SilentProgress())
+    assert not search.config.moves
+    assert len(search.work.masses_kg) == 6

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bimvox.crane.machine import Machine
-from bimvox.crane.reach import MARGIN_M, standing
+from bimvox.crane.reach import MARGIN_M, distances_m, standing
 from bimvox.crane.tower_crane import TowerCrane
 from bimvox.library.set_up_search.least_moving import Loose, least_of_all_s, lowered
 from bimvox.library.set_up_search.placed import PlacedSite, rooms_of
@@ -31,8 +31,9 @@ from bimvox.site.config.site_config import Polygon, SiteConfig
 from bimvox.site.crane_guess import Wanted, best_set_up, machine_of_crane
 from bimvox.site.crew_times import crew_times
 from bimvox.site.demand import rigs_of
+from bimvox.site.machine import cranes_of
 from bimvox.site.means import Means
-from bimvox.site.set_ups import LiftWork, SetUps, carried, ground_plan, highest_utilisation, set_ups
+from bimvox.site.set_ups import LiftWork, MastPlaces, SetUps, carried, ground_plan, highest_utilisation, set_ups
 from bimvox.site.site import HeadingRule, Site, SwingRule, parts_beside
 from bimvox.units import NS_PER_S
 
@@ -58,6 +59,8 @@ class Search:
 
     def __init__(self, placed: PlacedSite, progress: Progress) -> None:
         config = at_one_place(placed.searched)
+        if placed.searched.moves:
+            config = _outside(config, placed)
         site = built_site(config, placed.building, {}, progress).site
         progress.stage("order")
         elements = {part.id: part for part in placed.parts}
@@ -320,6 +323,17 @@ def at_one_place(config: SiteConfig) -> SiteConfig:
         return config
     parts = tuple(one.model_copy(update={"setup": None}) for one in config.component)
     return config.model_copy(update={"crane": config.cranes[0], "component": parts})
+
+
+def _outside(config: SiteConfig, placed: PlacedSite) -> SiteConfig:
+    """Return a site file whose crane stands beside the building, as near as it can to where parts may be later."""
+    (crane,) = cranes_of(config)
+    bases_m = MastPlaces(config, ground_plan(placed.placed.elements)).bases_m(crane, _MOST_BASES)
+    if not len(bases_m):
+        return config
+    x, y = bases_m[int(np.argmin(distances_m(np.array([crane.base_m[:2]]), bases_m)[0]))].tolist()
+    assert config.one_crane is not None
+    return config.model_copy(update={"crane": config.one_crane.model_copy(update={"base_m": (x, y)})})
 
 
 def _waits_h(site: Site, made: Preparation, calendar: CalendarConfig, unloading_h: float) -> float:
