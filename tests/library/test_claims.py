@@ -26,7 +26,7 @@ from bimvox.progress import SilentProgress
 from bimvox.records.lift import Epoch, LiftPlan
 from bimvox.records.proof import Check, Claim
 from bimvox.site.config.rules import RulesConfig
-from bimvox.site.default_rules import FlipRules
+from bimvox.site.default_rules import FlipRules, TandemRules
 from bimvox.site.site import HeadingRule, HookHeights, Rules, Site
 
 EVERY_LOG = {"model", "site", "obstructions", "fewest_moves", "last_moves", "how_found"}
@@ -217,7 +217,7 @@ def test_what_differs_from_the_files_is_named(loaded: tuple[Path, LoadedSite], n
 @pytest.mark.parametrize("key", [key for key in EVERY if key.count(".") < 2])
 def test_each_rule_that_asks_for_less_is_named(key: str):
     check = Check("bound")
-    same_rules(check, EVERY[key], replace(DEFAULT, two_hooks=FlipRules()), "your files")
+    same_rules(check, EVERY[key], replace(DEFAULT, two_hooks=FlipRules(), tandem=TandemRules()), "your files")
     assert any(failure.startswith(f"rules.{key} is ") for failure in check.failures), check.failures
 
 
