@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from doc_commands import DOCUMENTS, name_of, text_of
+from doc_commands import DOCUMENTS, ROOT, name_of, text_of
 from doc_prose import faults, prose_of
 
 
@@ -11,6 +11,13 @@ from doc_prose import faults, prose_of
 def test_a_page_reads_easily(name: str):
     found = list(faults(text_of(name)))
     assert not found, "\n".join(found)
+
+
+def test_the_changelog_has_one_line_a_change():
+    text = (ROOT / "CHANGELOG.md").read_text("utf-8")
+    entries = [line for line in text.split("\n## ")[1].splitlines()[1:] if line and not line.startswith("### ")]
+    assert not [line for line in entries if not line.startswith("- ") or len(line) > 220]
+    assert not list(faults(text))
 
 
 def test_prose_is_what_a_reader_reads():
