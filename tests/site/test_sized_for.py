@@ -124,7 +124,7 @@ def test_a_girder_as_heavy_as_the_road_allows_has_gear():
 
 
 def test_what_no_tower_crane_lifts_gets_a_mobile_crane():
-    girders = [girder(f"girder-{n}", 3.0 * n, 55) for n in range(3)]
+    girders = [girder(f"girder-{n}", 3.0 * n, 45) for n in range(3)]
     config = guess_site(building_of(*girders), MODEL)
     assert machine_called(config.crane.machine).kind == "mobile"
     assert cranes_that_fit(config, building_of(*girders))[0].serves
