@@ -94,9 +94,9 @@ def test_an_index_shows_the_pictures_and_follows_the_links(wheel):
     repository = dict(url.split(", ") for url in about.get_all("Project-URL"))["Repository"]
     assert repository.startswith("https://")
     targets = re.findall(r"\]\(([^)]+)\)", str(about.get_payload()))
-    assert any(target.endswith((".png", ".gif")) for target in targets)
+    assert any(target.endswith((".png", ".gif", ".webp")) for target in targets)
     for target in targets:
-        kind = "raw" if target.endswith((".png", ".gif")) else "blob"
+        kind = "raw" if target.endswith((".png", ".gif", ".webp")) else "blob"
         start = f"{repository}/{kind}/v{about['Version']}/"
         assert target.startswith(("https://", "#"))
         if target.startswith(f"{repository}/"):

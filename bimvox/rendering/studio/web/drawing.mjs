@@ -188,8 +188,8 @@ export class Drawing {
         const own = [];
         for (const ring of sorted) {
           const at = place(ring.radius_m, turn);
-          const meets = ([x, y]) => Math.abs(x - at[0]) < 115 && Math.abs(y - at[1]) < 18;
-          const onGrip = ([x, y]) => Math.abs(x - at[0]) < 60 && Math.abs(y - at[1]) < 20;
+          const meets = ([x, y]) => Math.abs(x - at[0]) < 130 && Math.abs(y - at[1]) < 18;
+          const onGrip = ([x, y]) => Math.abs(x - at[0]) < 85 && Math.abs(y - at[1]) < 20;
           if (isFree(at) && !grips.some(onGrip) && !taken.some(meets) && !own.some((one) => meets(one.at))) own.push({ ring, at });
         }
         return own;
