@@ -28,7 +28,7 @@ from bimvox_pipeline.fleet.runs import FAILED, Wish, runs_of
 from bimvox_pipeline.optimise import optimise
 from bimvox_pipeline.site import init
 from bimvox_pipeline.studio.opened import Opened, open_site
-from bimvox_pipeline.studio.saving import save
+from bimvox_pipeline.studio.saving import save_variant
 from bimvox_pipeline.studio.setup import CraneSetup
 
 from bimvox.library.set_up_search.choose import search_set_ups
@@ -193,8 +193,8 @@ def _file(opened: Opened, name: str, one: Tried, at: int) -> Path:
     crane = CraneSetup(name=own.name, machine=one.machine, base_m=(x, y), jib_m=one.jib_m, falls=one.falls)
     path = opened.site.with_name(f"set-up-{name}.site.toml")
     yard = {} if one.yard is None else {"yard": (one.yard.polygon,), "truckload_kg": one.yard.truckload_kg}
-    save(opened, opened.setup.model_copy(update={"cranes": (crane,), **yard}), path)
-    return path
+    made = save_variant(opened, opened.setup.model_copy(update={"cranes": (crane,), **yard}), path)
+    return made if isinstance(made, Path) else path
 
 
 def _spearman(first: Sequence[float], second: Sequence[float]) -> float:
