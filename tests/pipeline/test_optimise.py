@@ -18,7 +18,7 @@ from bimvox_pipeline.fleet.schedule import Execution
 from bimvox_pipeline.optimise import optimise
 from bimvox_pipeline.site import init
 from bimvox_pipeline.studio.opened import open_site
-from bimvox_pipeline.studio.saving import save
+from bimvox_pipeline.studio.saving import save_variant
 from fleet_work import carry_out_in_process
 from rough_search import time_few_lifts
 
@@ -168,7 +168,7 @@ def test_a_set_up_with_another_yard_plans_as_it_is(made: tuple[Path, dict[str, A
     opened = open_site(site)
     distant = tuple(tuple((x + 12.0, y - 12.0) for x, y in polygon) for polygon in opened.setup.yard)
     lane = opened.with_areas_of(opened.config, distant).areas.access or ()
-    save(opened, opened.setup.model_copy(update={"yard": distant, "access": lane}), far)
+    save_variant(opened, opened.setup.model_copy(update={"yard": distant, "access": lane}), far)
     document = run(far, site.parent / "yards", effort=Effort(3, 12, cranes=1), crane="hammerhead-45")
     moved = [one for one in planned(document) if one["yard"] is not None]
     assert document["trials"] == 12
