@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from datetime import datetime, timedelta
 from itertools import count
 from xml.etree import ElementTree
 
 from bimvox.bim.task_ranks import Link
-from bimvox.exporters.lift_schedule import LiftSchedule, LiftTask, Preparation, duration_text, time_text
-from bimvox.exporters.outline import Row, outline_of
+from bimvox.exporters.lift_schedule import LiftSchedule, LiftTask, duration_text, time_text
+from bimvox.exporters.outline import Outline, Row, outline_of
 from bimvox.exporters.text import for_xml
 
 NAMESPACE = "http://schemas.microsoft.com/project"
@@ -60,8 +59,6 @@ def to_ms_project(schedule: LiftSchedule) -> bytes:
     _add(attributes, "ExtendedAttribute", FieldID=_GLOBAL_ID_FIELD, FieldName="Text1", Alias="GlobalId")
     _calendar(_add(project, "Calendars"), schedule)
     lags = {"LagFormat": _ELAPSED_MINUTES} if schedule.dates else {}
-    first_uid = len(schedule.tasks) + 1
-    preparing = {first_uid + n: one for n, one in enumerate(schedule.preparations)}
     tasks = _add(project, "Tasks")
     outline = outline_of(schedule)
     for number, row in enumerate(outline.rows):
@@ -76,7 +73,7 @@ def to_ms_project(schedule: LiftSchedule) -> bytes:
             _add(entry, "ExtendedAttribute", FieldID=_GLOBAL_ID_FIELD, Value=row.task.global_id)
         if row.task is not None and (planned := schedule.baseline.get(row.task.key)) is not None:
             _add(entry, "Baseline", Number="0", **_dates(planned, row.task.work_s))
-    _resources(project, schedule, preparing)
+    _resources(project, schedule, outline)
     ElementTree.indent(project, " ")
     written: bytes = ElementTree.tostring(project, encoding="utf-8", xml_declaration=True)
     return written + b"\n"
@@ -142,9 +139,9 @@ def _calendar(calendars: ElementTree.Element, schedule: LiftSchedule) -> None:
         _fill(exception, Occurrences="1", Name="No work", Type="1", DayWorking="0")
 
 
-def _resources(project: ElementTree.Element, schedule: LiftSchedule, preparing: Mapping[int, Preparation]) -> None:
+def _resources(project: ElementTree.Element, schedule: LiftSchedule, outline: Outline) -> None:
     """Add cranes and crews, and what each works at. The work of a crew is its people's together."""
-    working: list[tuple[int, LiftTask | Preparation]] = [*enumerate(schedule.tasks, start=1), *preparing.items()]
+    working = [(row.uid, row.task) for row in sorted(outline.rows, key=lambda row: row.uid) if row.task is not None]
     crews = list(dict.fromkeys(task.crew for _, task in working if task.crew is not None))
     if not schedule.cranes and not crews:
         return

@@ -192,13 +192,15 @@ def write_lifts(
     own = (model, _model_bytes(log, model)) if wanted.name == "ifc" and model else None
     when = when or When()
     begins, baseline = when.start, when.baseline
-    dates = log_dates(log, begins)
-    work = _carried_out(log, wanted, dates, when.done, note)
+    planned = dates = log_dates(log, begins)
+    work = _carried_out(log, wanted, planned, when.done, note)
     chosen = Chosen(log, tuple(orders), begins or DEFAULT_BEGIN, dates, own, note)
-    if work is not None and dates is not None:
-        first = log if baseline is None else read_log(baseline)
-        planned, dates = log_dates(first, begins), log_dates(log, begins, work)
-        chosen = replace(chosen, dates=dates, done=work, baseline=(first, planned) if planned is not None else None)
+    if work is not None and planned is not None:
+        dates = log_dates(log, begins, work)
+        if when.done is not None:
+            note(_progress_in_words(when.done, work, planned, dates))
+        first = (log, planned) if baseline is None else _dated(read_log(baseline), begins)
+        chosen = replace(chosen, dates=dates, done=work, baseline=first)
     data = WRITERS[wanted.name](chosen)
     tables = {}
     if wanted.name == "csv":
@@ -223,12 +225,18 @@ def _carried_out(
     work, notes = read_done(file, read_input(file), log, dates)
     for sentence in notes:
         note(sentence)
-    if work is not None:
-        later = log_dates(log, dates.begins, work)
-        ends = "" if later is None else f"; the work ends {later.end_in_words}, planned {dates.end_in_words}"
-        begun = f"{len(work.ended):,} done and {len(work.begun) - len(work.ended):,} under way"
-        note(f"{file.name}: {begun} of {len(dates.spans):,} parts{ends}")
     return work
+
+
+def _dated(log: PlanLog, begins: datetime | None) -> tuple[PlanLog, PlanDates] | None:
+    dates = log_dates(log, begins)
+    return None if dates is None else (log, dates)
+
+
+def _progress_in_words(file: Path, work: DoneWork, planned: PlanDates, dates: PlanDates | None) -> str:
+    ends = "" if dates is None else f"; the work ends {dates.end_in_words}, planned {planned.end_in_words}"
+    begun = f"{len(work.ended):,} done and {len(work.begun) - len(work.ended):,} under way"
+    return f"{file.name}: {begun} of {len(planned.spans):,} parts{ends}"
 
 
 def write_grid(

@@ -14,7 +14,7 @@ from bimvox_cli.options import Json, Quiet, Verbose, to_file
 _END = """
 The lift log:   {log}   (opens in Foxglove, Lichtblick or Rerun)
 The picture:    {picture}
-The site file:  {site}   (every setting is explained in it; its drawing: {drawing})
+The site file:  {site}   (init --full writes every setting; its drawing: {drawing})
 With your own model (IFC, STL, OBJ, PLY, GLB ...): bimvox init MODEL, then bimvox plan MODEL.site.toml
 
 Open the plan in a browser; it needs no network:
